@@ -131,6 +131,15 @@ def test_its_test_program_goes_once_over_the_whole_travel_and_opens_the_valve_on
         np.testing.assert_allclose(signal[[0, -1]], 0.0, atol=1e-15)  # of a sine of pi
 
 
+def test_a_conductance_holds_where_the_first_run_begins():
+    known = rig(EVERYTHING, "test")
+    values = {name: low for name, (low, _) in known.ends.items()}
+    first = driven()
+    later = first._replace(x=first.x[::-1] * 0.5, travel=0.05)
+    alone, of_both = (rig_c(known, "full order", values, runs) for runs in ([first], [first, later]))
+    assert of_both == alone != rig_c(known, "full order", values, [later, first])
+
+
 @C_COMPILER
 def test_a_step_that_fails_leaves_the_state(tmp_path):
     known = rig(CHAMBER, "test")

@@ -5,7 +5,7 @@ from decimal import Decimal
 import pytest
 
 from pneumo.errors import ConfigurationError
-from pneumo.fit.rig.rig_file import GASES, QUANTITIES, TOGETHER, _ends, key, read_rig, rig
+from pneumo.fit.rig.rig_file import GASES, OF_B, QUANTITIES, TOGETHER, _ends, key, read_rig, rig
 
 TANK = {"volume_L": 16, "orifice_mm": 2.7}
 VALVE = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
@@ -27,7 +27,7 @@ def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both():
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (TANK | {"volumeL": 3}, "volumeL: unknown key, perhaps volume_L"),
+        (TANK | {"volumeL": 3}, "volumeL: unknown key, perhaps volume_L; known keys: gas, sensor, volume_L"),
         (TANK | {"C_d": "wide"}, "C_d = 'wide': must be a number, or a list of two"),
         (TANK | {"C_d": [0.9, 0.7]}, "ascending"),
         (TANK | {"C_d": [0.7, 0.8, 0.9]}, "a list of two"),
@@ -109,6 +109,8 @@ def test_what_is_not_given_is_absent_neutral_or_a_room():
         if quantity.default is not None:
             neutral = 1 if name in factors | milliseconds else 0
             assert quantity.default == room.get(name, neutral), name
+            low, high = rig(TANK, "rig.yaml").ends[name]
+            assert low == high, name
 
 
 @pytest.mark.parametrize(("gas", "kg_per_mol"), [("air", 28.9647e-3), ("nitrogen", 28.0134e-3)])
@@ -116,3 +118,45 @@ def test_a_gas_has_the_constant_of_its_molar_mass_and_gamma_of_two_atoms(gas, kg
     # Five digits are written.
     R, gamma = GASES[gas].R, GASES[gas].gamma
     assert (R, gamma) == (pytest.approx(8.314462618 / kg_per_mol, rel=3e-5), 7 / 5)
+
+
+@pytest.mark.parametrize(
+    ("name", "number", "in_SI"),
+    [
+        ("store_c_J_per_K", 3, 3.0),
+        ("store_k_W_per_K", 2, 2.0),
+        ("T_lag_s", 4, 4.0),
+        ("T_surroundings_K", 300, 300.0),
+        ("C_d", 0.6, 0.6),
+        ("n", 1.3, 1.3),
+        ("P_start_bar", 3, 3e5),
+        ("volume_L", 5, 5e-3),
+    ],
+)
+def test_a_number_with_its_unit_is_read_in_SI_units(name, number, in_SI):
+    ends = rig(TANK | {name: number}, "rig.yaml").ends
+    (quantity,) = (quantity for quantity in QUANTITIES if key(quantity) == name)
+    assert ends[quantity] == pytest.approx((in_SI, in_SI), rel=1e-12)
+
+
+def test_a_rig_is_of_air_and_measured_at_the_valve_unless_it_says_so():
+    usual, other = rig(TANK, "rig.yaml"), rig(TANK | {"gas": "nitrogen", "sensor": "chamber"}, "rig.yaml")
+    assert (usual.gas, usual.sensor) == (GASES["air"], "valve")
+    assert (other.gas, other.sensor) == (GASES["nitrogen"], "chamber")
+
+
+@pytest.mark.parametrize("name", [name for name in OF_B if name != "dead_volume_B"])
+def test_a_quantity_of_the_other_chamber_needs_that_chamber(name):
+    needed = key("dead_volume_B")
+    number = {key(name): QUANTITIES[name].high}
+    with pytest.raises(ConfigurationError, match=f"{key(name)}: needs {needed}, which is missing"):
+        rig(CHAMBER | number, "rig.yaml")
+
+
+def test_a_rig_without_some_quantities_has_the_others():
+    read = rig(TANK, "rig.yaml")
+    less = read.without("orifice", "C_d")
+    assert set(read.ends) - set(less.ends) == {"orifice", "C_d"} and less.gas == read.gas
+    changed = read.changed(C_d=(0.5, 1.0), orifice=3e-3)
+    assert (changed.ends["C_d"], changed.ends["orifice"]) == ((0.5, 1.0), (3e-3, 3e-3))
+    assert changed.ends["volume"] == read.ends["volume"]

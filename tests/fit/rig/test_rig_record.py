@@ -1,9 +1,11 @@
 """A rig's record cut into runs: edges between samples, times, the smoothed position, what is left out."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pneumo.errors import InputError
+from pneumo.fit.rig.rig_file import rig
 from pneumo.fit.rig.rig_record import (
     AFTER,
     BEFORE,
@@ -12,7 +14,9 @@ from pneumo.fit.rig.rig_record import (
     Points,
     commanded,
     edges,
+    halves,
     pulses,
+    read_runs,
     vessel_run,
 )
 
@@ -41,7 +45,18 @@ def test_edges_are_interpolated_between_samples(late):
 def test_a_small_pulse_and_one_that_does_not_end_are_no_pulses():
     both = np.concatenate([pulse(0.1), LOW + 0.5 * (pulse(0.1) - LOW)])
     assert len(edges(both)) == 1
+    ((begin, end),) = edges(both[::-1].copy())  # the small one first
+    assert begin > len(T) and end > begin
     assert edges(pulse(0.1)[:350]) == []
+
+
+def test_a_pulse_ends_where_it_last_falls_through_its_level_even_at_once():
+    dip = pulse(0.1) - 0.5 * (HIGH - LOW) * ((T > 0.32) & (T < 0.35))
+    assert edges(dip) == pytest.approx(edges(pulse(0.1)))
+    block = np.where((T > 0.1) & (T < 0.3), HIGH, LOW)
+    ((begin, end),) = edges(block)
+    inside = np.flatnonzero(block == HIGH)
+    assert begin == pytest.approx(inside[0] - 1 + RISEN) and end == pytest.approx(inside[-1] + 1 - FALLEN)
 
 
 def test_a_command_is_on_above_its_middle():
@@ -73,6 +88,33 @@ def test_only_whole_pulses_are_runs():
         pulses(T, np.zeros_like(T), np.full_like(T, LOW), 0 * T)
 
 
+@pytest.mark.parametrize(("late", "runs"), [(0, 1), (1, 0)])
+def test_a_run_may_begin_with_the_first_sample_and_end_with_the_last(late, runs):
+    """A run from 10 ms before the command to 30 ms after the pressure's return, of another that is whole."""
+    P, u = np.tile(pulse(0.1), 2), np.tile(command(), 2)
+    (whole, _) = pulses(H * np.arange(len(P)), 0 * P, P, u)
+    begin, end = 90, 90 + len(whole.x) - 1
+    for cut in (slice(begin + late, len(T) + 90), slice(0, end + 1 - late)):
+        t = H * np.arange(len(P[cut]))
+        if runs:
+            (found,) = pulses(t, 0 * t, P[cut], u[cut])
+            np.testing.assert_array_equal(found.P.values, whole.P.values)
+        else:
+            with pytest.raises(InputError, match="no whole pulse"):
+                pulses(t, 0 * t, P[cut], u[cut])
+
+
+def test_a_pulse_that_is_cut_does_not_hide_the_next():
+    P, u = np.tile(pulse(0.1), 2)[95:], np.tile(command(), 2)[95:]
+    (run,) = pulses(H * np.arange(len(P)), 0 * P, P, u)
+    np.testing.assert_array_equal(run.P.values, P[len(T) - 5 :][: len(run.x)])
+
+
+def test_a_position_that_does_not_change_stays_as_it_is():
+    (run,) = pulses(T, np.full_like(T, 0.3), pulse(0.1), command())
+    assert (run.x == 0.0).all() and run.travel == 0.0
+
+
 def test_a_position_is_smoothed_and_counts_from_its_smallest():
     true = 0.03 * (1 - np.cos(8 * T))
     noisy = 0.5 + true + np.random.default_rng(3).normal(0.0, 2e-5, len(T))
@@ -88,6 +130,52 @@ def test_a_vessels_run_lasts_as_long_as_its_last_point():
     P, T_of_gas = (Points(np.array([0.0, 0.1, end]), np.zeros(3)) for end in (3.0, 4.5))
     assert vessel_run(P).t[-1] == pytest.approx(3.0) and vessel_run(P, T_of_gas).t[-1] == pytest.approx(4.5)
     assert vessel_run(T_of_gas, P).t[-1] == pytest.approx(4.5)
+
+
+def test_a_short_run_of_a_vessel_is_no_longer_than_its_points():
+    assert vessel_run(Points(np.array([0.0, 0.1, 0.5]), np.zeros(3))).t[-1] == pytest.approx(0.5)
+
+
+def test_halves_are_the_points_with_even_and_with_odd_number():
+    even, odd = halves(Points(np.arange(7.0), 10 * np.arange(7.0)))
+    assert (even.t.tolist(), odd.t.tolist()) == ([0, 2, 4, 6], [1, 3, 5])
+    assert even.values.tolist() == [0, 20, 40, 60]
+
+
+VESSEL = rig({"volume_L": 10, "P_surroundings_bar": 1.1}, "test")
+
+
+def written(folder, **columns):
+    pd.DataFrame(columns).to_csv(folder / "tank.csv", index=False)
+    return folder / "tank.csv"
+
+
+def test_a_gauge_pressure_is_above_the_rigs_surroundings_and_times_count_from_the_first_row(tmp_path):
+    t = [7.0, 8.0, 9.5, 10.0, 11.0, 12.0]
+    P = [5.0, 4.0, np.nan, 3.0, 2.0, 1.0]
+    (run,) = read_runs(written(tmp_path, t_s=t, P_A_barg=P), VESSEL)
+    assert run.P.t.tolist() == [0.0, 1.0, 3.0, 4.0, 5.0]
+    assert run.P.values == pytest.approx([6.1e5, 5.1e5, 4.1e5, 3.1e5, 2.1e5], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("t", "P", "said"),
+    [
+        ([0, 1, 2, 3], [1, 1, 1, 1], "no column t with at least 5 numbers"),
+        ([0, 1, 2, 3, 4], [1, 1, np.nan, 1, 1], "no column P_A with at least 5 numbers"),
+        ([0, 1, 2, 2, 3], [1, 1, 1, 1, 1], "t: must be numbers that increase from row to row"),
+        ([0, 1, 2, np.nan, 3, 4], [1, 1, 1, 1, 1, 1], "t: must be numbers that increase from row to row"),
+        ([0, 1, 2, 3, 4], [1, 1, 1, 1, 1], ""),
+    ],
+)
+def test_points_are_five_or_more_at_times_that_increase(t, P, said, tmp_path):
+    file = written(tmp_path, t_s=np.array(t, float), P_A_bar=np.array(P, float))
+    if said:
+        with pytest.raises(InputError) as error:
+            read_runs(file, VESSEL)
+        assert str(error.value) == f"{file}: {said}"
+    else:
+        assert len(read_runs(file, VESSEL)[0].P.t) == 5
 
 
 def test_a_part_of_a_run_leaves_its_first_time_out_and_has_its_last():

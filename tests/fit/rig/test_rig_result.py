@@ -42,6 +42,18 @@ def test_a_fit_outside_of_physics_is_named_and_one_inside_is_not(result):
     assert "C_d = 0.5 is not from 0.7 to 0.9" in unphysical(known(), poor)["full order"]
 
 
+@pytest.mark.parametrize(("C_d", "odd"), [(0.7, False), (0.9, False), (0.699, True), (0.901, True)])
+def test_an_estimate_at_an_end_of_what_is_physical_is_none_outside(C_d, odd):
+    def outcome(n):
+        estimate = ("model", "parameter"), [[n, C_d]]
+        return xr.Dataset({"estimate": estimate}, {"model": ["M5"], "parameter": ["n", "C_d"]})
+
+    for n in (1.0, 1.4):
+        assert bool(unphysical(known(), outcome(n))) == odd
+    assert "n = 0.999 is not from 1 to 1.4" in unphysical(known(), outcome(0.999))["M5"]
+    assert not unphysical(known(), outcome(1.2)[["estimate"]].sel(parameter=["n"]))  # C_d is known
+
+
 def test_a_result_has_the_run_as_each_model_replays_it(result, vessel):
     shown = with_replays(result, known(), [vessel])
     np.testing.assert_array_equal(shown["measured_P"].sel(chamber="A"), vessel.P.values)
