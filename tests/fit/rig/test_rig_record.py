@@ -59,6 +59,12 @@ def test_a_pulse_ends_where_it_last_falls_through_its_level_even_at_once():
     assert begin == pytest.approx(inside[0] - 1 + RISEN) and end == pytest.approx(inside[-1] + 1 - FALLEN)
 
 
+def test_a_pulse_may_end_with_a_sample_at_its_level():
+    P = np.array([0.0] * 4 + [10.0] * 8 + [7.0] + [0.0] * 4)
+    assert P[12] == FALLEN * P.max()
+    assert edges(P) == [(pytest.approx(3 + RISEN), 12.0)]
+
+
 def test_a_command_is_on_above_its_middle():
     u = np.array([0.0, 0.0, 4.0, 24.0, 24.0, 20.0, 10.0, 0.0, 0.0, 24.0])
     assert commanded(u) == [(3.0, 6.0)]  # the last one is not off again
