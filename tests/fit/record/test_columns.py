@@ -25,6 +25,7 @@ def mapped(tmp_path, text):
     [
         ("P_C: {column: c1, unit: kPa}", "P_C"),
         ("P_A: {column: c1}", "P_A.unit"),
+        ("P_A: {column: c1}\nP_B: {unit: kPa}", "P_A.unit"),  # the first of two
         ("P_A: {column: '', unit: kPa}", "P_A.column"),
         (f"P_A: {{column: {'c' * 201}, unit: kPa}}", "P_A.column"),
         (f"P_A: {{column: c1, unit: {'k' * 21}}}", "P_A.unit"),
