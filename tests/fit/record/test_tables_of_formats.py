@@ -83,6 +83,12 @@ def test_data_without_a_name_of_its_own_has_that_of_its_struct(tmp_path):
     assert table.units == {}  # nothing says that Time is in s
 
 
+def test_signals_of_one_block_that_has_several_names_are_numbered(tmp_path):
+    block = {"values": np.column_stack([U, U + 1]), "label": np.array(["P_A", "P_B"], dtype=object)}
+    table = read(tmp_path, "a.mat", matlab(out={"time": T, "signals": block}))
+    assert {*table.columns} == {"Time", "signals.1", "signals.2"} and table.units == {"Time": "s"}
+
+
 def test_a_record_of_two_samples_has_vectors(tmp_path):
     assert len(read(tmp_path, "a.mat", matlab(t_s=T[:2], u_V=U[:2])).columns) == 2
 
@@ -107,7 +113,7 @@ def test_of_a_matlab_file_no_more_is_unpacked_than_the_limit(tmp_path, monkeypat
 def test_a_matlab_file_of_version_4_is_as_large_as_it_is(tmp_path):
     """Its numbers may look like a packed variable of version 5."""
     file = tmp_path / "a.mat"
-    file.write_bytes(bytes(128) + struct.pack("<II", 15, 8) + b"no zlib!")
+    file.write_bytes(bytes(128) + struct.pack(">II", 15, 8) + b"no zlib!")
     assert formats._unpacked_size(file) == 144
 
 
