@@ -7,7 +7,7 @@ tests that name it, too. Tests that run the changed line come first, then those 
 from one that has imported the libraries. Physics runs uncompiled; kernels that a mutant changes are compiled
 anew, the others come from a cache.
 
-A survivor that changes nothing a user sees is listed with its reason in `tests/mutants.yaml`. The exit code
+A survivor that changes nothing a user sees is listed with its reason in `tests/mutants*.yaml`. The exit code
 is 1 where more than 5 % of a room's mutants survive without being listed there.
 """
 
@@ -264,10 +264,17 @@ def too_many(counts: dict[str, dict[str, int]]) -> list[str]:
     return [name for name, found in counts.items() if found.get("survived", 0) > MOST_SURVIVE * found["made"]]
 
 
+def survivors() -> list[dict[str, str]]:
+    """Listed mutants: module, line before and after, and the reason."""
+    files = sorted((ROOT / "tests").glob("mutants*.yaml"))
+    return [
+        entry for file in files for entry in yaml.safe_load(file.read_text(encoding="utf-8"))["survivors"]
+    ]
+
+
 def listed() -> set[tuple[str, str, str]]:
     """Mutants that are known to survive, for a reason."""
-    content = yaml.safe_load((ROOT / "tests/mutants.yaml").read_text(encoding="utf-8"))
-    return {(entry["module"], entry["before"], entry["after"]) for entry in content["survivors"]}
+    return {(entry["module"], entry["before"], entry["after"]) for entry in survivors()}
 
 
 def main() -> None:

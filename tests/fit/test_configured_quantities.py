@@ -11,6 +11,7 @@ from pneumo.fit.configured_quantities import (
     changes_of,
     configured_shifts,
     misfit,
+    parameter_shifts,
     prior_shifts,
     shifts,
 )
@@ -245,3 +246,24 @@ def test_no_shift_is_larger_than_the_distance_of_the_bounds(problem, optimum):
     for found, sign in ((far, 1), (back, -1)):
         expected = sign * np.sign(usual[: len(changes)]) * (high - low)
         np.testing.assert_array_equal(found[: len(changes)][sure], expected[sure])
+
+
+def test_what_parameters_do_not_take_up_is_left_as_a_standard_deviation():
+    """A change by an accuracy is half a 95 % interval: 1.96 deviations; those of several add by squares."""
+    J = np.ones((2, 50, 1))
+    J[1] = 2.0
+    taken, left = 0.3 * J[..., 0], np.tile([0.1, -0.1], (2, 25))
+    inverse = np.array([[1 / np.sum(J**2)]])
+    assert misfit(np.array([taken]), J, inverse) == pytest.approx(0.0, abs=1e-12)
+    assert misfit(np.array([taken + left]), J, inverse) == pytest.approx(0.1 / 1.96, rel=1e-9)
+    both = np.array([taken + left, 2 * left])
+    assert misfit(both, J, inverse) == pytest.approx(5**0.5 * 0.1 / 1.96, rel=1e-9)
+
+
+def test_shifts_are_in_SI_units_from_the_estimate_on(problem, optimum):
+    moved = np.zeros((2, len(problem.names)))
+    index = {name: problem.names.index(name) for name in ("V_d_A", "null")}
+    moved[0, index["V_d_A"]], moved[1, index["null"]] = np.log(2.0), 0.03
+    found, values = parameter_shifts(problem, optimum, moved), problem.values(optimum.theta)
+    assert found["V_d_A"] == pytest.approx([values["V_d_A"], 0.0], rel=1e-9, abs=1e-20)
+    assert found["null"] == pytest.approx([0.0, 0.03], abs=1e-12)

@@ -229,7 +229,7 @@ def test_ends_of_a_profile_are_found_however_it_bends(deviance, monkeypatch):
     low, high = profile_interval(problem, flat, 0, variance=4.0)
     assert low == -np.inf
     exact = brentq(lambda theta: deviance(theta) - 1, -5.0, 3.0)
-    assert high == pytest.approx(exact, abs=fit_intervals.CLOSE)
+    assert high == pytest.approx(exact, abs=0.05)  # decision 149: within 5 %
 
 
 @pytest.mark.slow

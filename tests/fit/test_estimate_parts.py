@@ -37,6 +37,9 @@ def test_three_fifths_of_a_record_are_fitted_and_of_a_long_one_a_minute_at_1_kHz
     assert split_of(long) == 60_000
     assert split_of(SimpleNamespace(P=long.P, stride=4)) == 15_000
     assert long_notes(SimpleNamespace(P=np.empty((2, 100_001)), period=1e-3), 60_000, 0.6) == []
+    short = SimpleNamespace(P=np.empty((2, 101)), period=1.0)
+    assert long_notes(short, 60, 0.6) == []
+    assert long_notes(short, 59, 0.6) == ["a long record: the first 59 s are fitted, the other 41 s held out"]
     assert long_notes(long, 60_000, 0.6) == [
         "a long record: the first 60 s are fitted, the other 140 s held out"
     ]
@@ -77,6 +80,7 @@ def test_models_are_ranked_by_the_part_held_out_and_notes_name_several():
     fits = {"M1": estimate_of(3e3), "M2": estimate_of(1234.0), "M3": estimate_of(2e3)}
     assert list(ranked(fits)) == ["M2", "M3", "M1"]
     assert error_line("M2", fits["M2"]) == "M2: rms 1.23 kPa on the part held out"
+    assert error_line("M2", estimate_of(1235.5)) == "M2: rms 1.24 kPa on the part held out"
     assert alike_notes(["M2"]) == alike_notes([]) == []
     (note,) = alike_notes(["M2", "M3"])
     assert note.startswith("this record does not distinguish M2; M3:")

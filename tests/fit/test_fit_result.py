@@ -117,3 +117,11 @@ def test_a_correlation_is_of_the_parameters_that_a_model_has():
     )
     assert list(table.columns) == list(table.index) == ["k_0", "k_xu"]
     assert table.loc["k_0", "k_xu"] == -0.3
+
+
+def test_of_several_good_models_the_best_is_offered_and_of_several_doubts_the_first_is_said():
+    fits = {name: model({"k_0": 0.5}, error) for name, error in (("M8", 6e2), ("M9", 7e2), ("M7", 8e2))}
+    assert result(fits).best_model == "M8"
+    doubts = FitWarning("first of two", "k_0"), FitWarning("second of two", "k_0")
+    of_full = result({"full": model({"k_0": 0.5}, 500.0)}, of_rig=doubts)
+    assert of_full.reasons == {"k_0": "first of two"}

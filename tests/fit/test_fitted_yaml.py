@@ -12,7 +12,7 @@ from pneumo.configuration.known_within import known_within
 from pneumo.configuration.parameters import load, study
 from pneumo.fit.fit_result import Estimate, FitResult, fit_data
 from pneumo.fit.fitted_parameters import REPORTED
-from pneumo.fit.fitted_yaml import fitted_configuration
+from pneumo.fit.fitted_yaml import _held_out_error, _known_within, fitted_configuration
 from pneumo.fit.record.measurement import Measurement
 from pneumo.publish.text.terminal_tables import rig_rows
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -137,7 +137,7 @@ def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_p
     fit = found(k_xu=narrow.low)
     fit.data["high"].loc[{"model": "M8", "parameter": "k_xu"}] = narrow.high
     known = known_within(read(written(fit, "mine", mine, TEMPLATE, before), tmp_path)[0])["mine"]
-    assert known.valve == pytest.approx(0.017, abs=1e-4)  # rounded up to 0.01 %
+    assert known.valve == pytest.approx(0.017, abs=1e-6)  # rounded up to 0.01 %
     assert 1 / 0.9 <= known.k_0_factor <= 1 / 0.9 + 0.01 and known.dead_volumes == pytest.approx(0.1)
     # An open end says nothing of an accuracy; one that is too wide for a key is said to be.
     text = written(found(k_0=np.nan, V_d_B=np.nan, k_xu=1e-8), "mine", mine, TEMPLATE, before)
@@ -211,6 +211,7 @@ def test_the_values_are_those_that_this_configuration_replays(mine, tmp_path):
         ("lag", (1e-6, 5e-4), True),
         ("null", (-0.1, 0.3), False),
         ("null", (-0.3, -0.1), True),
+        ("null", (-0.3, 0.0), False),
         ("dead_time", (-2e-4, 5e-4), False),
     ],
 )
@@ -219,3 +220,22 @@ def test_a_valves_parameter_that_may_be_zero_is_not_written(mine, tmp_path, name
     full = Estimate(VALUES | {name: sum(ends) / 2}, low, high, *[np.zeros(2)] * 3)
     section = read(written(found(full=full), "mine", mine, TEMPLATE), tmp_path)[0].cylinders["mine"]
     assert (section.valve_dynamics is not None) == kept
+
+
+def test_an_accuracy_is_rounded_up_to_a_hundredth_of_a_percent_and_is_at_least_that():
+    def percent(half):
+        k_xu = Interval(1e-6, 1e-6 * (1 - half), 1e-6 * (1 + half))
+        return _known_within({"k_xu": k_xu})  # nothing else is known
+
+    assert percent(0.0) == ({"valve_within_percent": 0.01}, [])
+    assert percent(1.2345e-2)[0] == {"valve_within_percent": pytest.approx(1.24, rel=1e-9)}
+    volumes = {name: Interval(1e-5, 0.9e-5, 1.05e-5) for name in ("V_d_A", "V_d_B")}
+    assert _known_within(volumes)[0] == {"dead_volumes_within_percent": pytest.approx(10.0, rel=1e-9)}
+    assert _known_within({"V_d_A": volumes["V_d_A"]}) == ({}, [])
+
+
+@pytest.mark.parametrize(("error", "said"), [(1234.9, "1.23 kPa rms"), (1235.1, "1.24 kPa rms")])
+def test_the_error_held_out_is_said_to_its_third_digit(error, said):
+    fit = found()
+    fit.data["rms_held_out"].loc[{"model": "M8"}] = error
+    assert _held_out_error(fit, "M8") == said

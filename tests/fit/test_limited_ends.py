@@ -12,3 +12,7 @@ def test_only_a_dead_volume_ends_at_the_lowest_value_of_the_search():
     # Without an upper end the record determines nothing, and a k_0 may be far below any bound.
     assert limited_ends("V_d_A", (-np.inf, np.inf), -4.0) == (-np.inf, np.inf)
     assert limited_ends("k_0", (-np.inf, 2.0), -4.0) == (-np.inf, 2.0)
+    assert limited_ends("b", (-np.inf, 0.5), 0.02) == (
+        -np.inf,
+        0.5,
+    )  # nor a critical ratio, though configured

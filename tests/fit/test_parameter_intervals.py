@@ -8,6 +8,7 @@ import pytest
 from pneumo.fit import parameter_intervals as intervals
 from pneumo.fit.least_squares import Fit
 from pneumo.fit.parameter_intervals import HALF_WIDTH, LOOSE, WIDE
+from pneumo.fit.stage_signals import FEW_PAIRS, PAIRS
 
 rng = np.random.default_rng(4)
 SAMPLES = 64
@@ -151,3 +152,63 @@ def test_the_larger_of_two_covariances_counts():
     for sizes in ((0.1, 0.2), (0.2, 0.1)):
         both = (np.array(sizes) / HALF_WIDTH).reshape(2, 1, 1) ** 2
         assert intervals.parameter_interval(problem, best, best, 0, both) == pytest.approx((-0.2, 0.2))
+
+
+def test_sixteen_pairs_of_noise_give_an_interval_of_2_12_standard_errors():
+    assert PAIRS == 16 and FEW_PAIRS == 3  # decision 22: three in the search
+    assert pytest.approx(2.1199, abs=1e-4) == HALF_WIDTH  # Student's distribution, 16 degrees of freedom
+
+
+def test_a_covariance_without_the_models_own_error_is_that_of_none():
+    plain, exact, off = (intervals.covariances(fit_of(), *error) for error in ((), (0.0,), (1.0,)))
+    np.testing.assert_array_equal(plain, exact)
+    assert np.all(np.diagonal(off - exact, axis1=1, axis2=2) > 0)
+
+
+def test_a_parameter_that_its_prior_or_opposite_samples_determine_is_not_unknown():
+    J = JACOBIAN.copy()
+    J[..., 0], J[..., 1] = np.tile([1.0, -1.0], SAMPLES // 2), 0.0  # a sum of zero, and nothing
+    for covariance in intervals.covariances(fit_of(J, prior=(0.0, 2.0, 0.0))):
+        assert np.diag(covariance).max() < 10.0
+
+
+def test_a_residual_that_alternates_moves_nothing():
+    alternating = np.tile([1.0, -1.0], (2, SAMPLES // 2))
+    slow = JACOBIAN * 0 + np.cos(np.outer(np.arange(SAMPLES), [0.1, 0.2, 0.3]))
+    np.testing.assert_array_equal(intervals.remainder_shifts(fit_of(slow, alternating)), 0.0)
+
+
+def test_the_curvature_of_a_flat_direction_is_a_millionth_of_the_largest():
+    a, c = JACOBIAN[..., 0], JACOBIAN[..., 2]
+    flat = fit_of(np.stack([a, a, c], axis=-1))
+    scale = np.sqrt(np.diag(flat.curvature))
+    largest = np.linalg.eigvalsh(flat.curvature / np.outer(scale, scale)).max()
+    inverse = intervals.inverse_curvature(flat) * np.outer(scale, scale)
+    assert np.linalg.eigvalsh(inverse).max() == pytest.approx(1e6 / largest, rel=1e-6)
+
+
+PROFILES = [  # deviance by the distance below and above the best, in what is allowed, and ends
+    (lambda x: (x / 1.5) ** 2 if x < 0 else (x / 2.0) ** 2, (-1.5, 2.0)),
+    (lambda x: (x / 4) ** 2 - 0.1, (-4 * 1.1**0.5, 4 * 1.1**0.5)),  # below the minimum, as noise may be
+]
+
+
+@pytest.mark.parametrize(("deviance", "ends"), PROFILES)
+def test_both_ends_of_a_profile_are_found_in_a_few_trials(monkeypatch, deviance, ends):
+    """The curvature is 4, and the variance of the parameter more than its inverse."""
+    variance, tried = 2.0, []
+    allowed = HALF_WIDTH**2 * variance * 4
+    J = np.full((2, SAMPLES, 1), (4 / (2 * SAMPLES)) ** 0.5)
+    best = fit_of(J, prior=(0.0,))._replace(theta=np.array([1.0]))
+    problem = SimpleNamespace(bounds=lambda: np.array([[-9.0], [9.0]]))
+
+    def fixed(_problem, fit, _index, value, start, negligible):
+        tried.append((value, start))
+        assert negligible == pytest.approx(0.05 * allowed, rel=1e-9)
+        return fit._replace(theta=np.array([value]), squares=fit.squares + allowed * deviance(value - 1.0))
+
+    monkeypatch.setattr(intervals, "fit_with_one_fixed", fixed)
+    found = intervals.profile_interval(problem, best, 0, variance)
+    assert found == pytest.approx((1 + ends[0], 1 + ends[1]), abs=0.05)
+    assert len(tried) <= 9  # five for the farther end
+    assert tried[0][1] is None and tried[1][1] == tried[0][0]  # from the last value inside

@@ -222,3 +222,61 @@ def test_a_piston_that_rests_near_a_stop_without_force_does_not_show_it():
     noise = np.random.default_rng(2).normal(0.0, 2e-5, 2000)
     changed = record._replace(x=x.ravel() + noise, P=P.reshape(2, -1))
     assert stops_of(changed, PLANT) == pytest.approx((-HALF, HALF), abs=1e-4)
+
+
+def test_a_piston_that_creeps_through_its_end_rests_on_no_stop():
+    record = moved(-HALF, HALF)
+    near = np.minimum(np.arange(500) * 1e-4, 0.05) - 0.025  # 0.1 mm in each millisecond: no rest
+    creeping = np.tile(np.concatenate([near, near[::-1]]), 2)
+    assert np.isnan(stops_of(record._replace(x=creeping), PLANT)).all()
+
+
+@pytest.mark.parametrize("samples", [1, 2])
+def test_of_a_slow_logger_two_samples_are_a_rest(samples):
+    once = np.linspace(-HALF, HALF, 10)
+    rng = np.random.default_rng(4)
+    x = np.tile(np.concatenate([once[2 - samples :], once[::-1][2 - samples :]]), 100)[:1800]
+    x = x + rng.normal(0.0, 1e-7, len(x))  # a sensor without steps
+    pressed = PLANT.conditions.P_s * rng.uniform(0.8, 1.0, len(x))
+    P = np.where(np.array([x > 0, x < 0]), pressed, PLANT.conditions.P_atm)
+    stops = stops_of(Measurement("m", 0.05, np.zeros(len(x)), x, P), PLANT)
+    assert stops == pytest.approx((-HALF, HALF), abs=1e-6) if samples == 2 else np.isnan(stops).all()
+
+
+def test_a_load_pushes_the_piston_too():
+    c, air = PLANT.cylinder, PLANT.conditions
+    load = 0.4 * (air.P_s - air.P_atm) * min(c.A_A, c.A_B)
+    even = moved(-HALF, HALF)
+    P = np.array([np.full(2000, c.A_B * 4e5 / c.A_A), np.full(2000, 4e5)])
+    P[0] += np.where(even.u > 0, 1.0, -1.0) * load / 2 / c.A_A
+    loaded = PLANT._replace(cylinder=c._replace(load=load))
+    assert np.isnan(stops_of(even._replace(P=P), PLANT)).all()
+    low, high = stops_of(even._replace(P=P), loaded)
+    assert np.isnan(low) and high == pytest.approx(HALF, abs=1e-4)
+
+
+@pytest.mark.parametrize(("noise", "rigid"), [(4e-5, False), (1.1e-4, True), (3e-3, True)])
+def test_a_stop_is_rigid_where_its_forces_cannot_show_0_1_mm(noise, rigid):
+    """401 forces that scatter by 10 N about 300 N show a slope to 0.1 mm under noise of 67 um."""
+    rng = np.random.default_rng(5)
+    force = 300.0 + 10.0 * rng.permutation(np.repeat([-1.0, 1.0], 201)[:401])
+    x = 0.08 + 1e-6 * force + rng.normal(0.0, noise, 401)
+    expected = np.median(x) if rigid else 0.08
+    assert contact(x, force) == pytest.approx(expected, abs=0.0 if rigid else 1.2e-4)
+
+
+def test_stops_elsewhere_are_not_said_where_they_hardly_move_the_dead_volumes():
+    c = PLANT.cylinder
+    large = PLANT._replace(cylinder=c._replace(V_d_A=0.2 * c.A_A, V_d_B=0.2 * c.A_B))
+    for off, said in ((9e-3, False), (11e-3, True)):  # of 5 % of 200 mm
+        assert bool(stop_warnings(moved(-HALF + off, HALF + off), large, accuracy())) == said
+
+
+@pytest.mark.parametrize(("distance", "odd"), [(0.32, False), (0.345, True)])
+def test_half_an_interval_adds_to_what_is_known_of_a_dead_volume(distance, odd):
+    """The root of 0.3^2 and of the square of ln 1.15 is 0.331."""
+    c = STATED.cylinder
+    values = {"V_d_A": c.V_d_A * np.exp(distance), "V_d_B": c.V_d_B}
+    low, high = ({name: value * np.exp(sign * 0.3) for name, value in values.items()} for sign in (-1, 1))
+    estimate = found(0.0, 0.0)._replace(values=values, low=low, high=high)
+    assert bool(stated_volume_warnings(STATED, estimate)) == odd

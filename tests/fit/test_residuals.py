@@ -79,3 +79,23 @@ def test_steps_of_a_pressure_are_subtracted_by_their_variance():
     still[:, ::2] += 244.0
     for side in split_residuals(still, np.full((2, SAMPLES), 300.0), PERIOD, NONE):
         assert side.coloured == pytest.approx((300**2 - 244**2 / 12) ** 0.5, rel=1e-9)
+
+
+@pytest.mark.parametrize(("period", "length"), [(1e-3, 20), (5e-3, 4), (2e-2, 1), (5e-2, 1), (0.2, 1)])
+def test_white_noise_averages_out_over_20_ms_or_at_least_one_sample(period, length):
+    """Of pulses of one sample in 20 the mean over a block is left; the median sees no noise in them."""
+    pulses = np.tile((np.arange(SAMPLES) % 20 == 3) * 100.0, (2, 1))
+    for side in split_residuals(P, pulses, period, NONE):
+        assert side.noise == pytest.approx(0.0, abs=1e-9)
+        assert side.coloured == pytest.approx(100.0 / (20 * length) ** 0.5, rel=1e-6)
+
+
+def test_third_differences_are_those_of_white_noise():
+    """Half of a normal distribution is within 0.6745 deviations; squares of 1, 3, 3 and 1 add up to 20."""
+    cubic = np.arange(100.0) ** 3  # third differences of 6
+    assert noise_of(np.arange(100.0), cubic) == pytest.approx(6 / (0.67449 * 20**0.5), rel=1e-4)
+
+
+def test_noise_beyond_what_blocks_leave_is_no_rest():
+    for side in split_residuals(P, np.tile([0.3, -0.3], (2, SAMPLES // 2)), PERIOD, NONE):
+        assert side.coloured == 0.0 and side.rms == pytest.approx(0.3)

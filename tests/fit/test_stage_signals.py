@@ -5,7 +5,15 @@ import pytest
 from scipy.interpolate import make_smoothing_spline
 
 from pneumo.configuration.sampling import INTERPOLATED
-from pneumo.fit.stage_signals import stage_signals, with_added_noise
+from pneumo.fit.stage_signals import (
+    SMOOTHING,
+    StageSignals,
+    longest_step,
+    smoothing,
+    stage_signals,
+    stage_times,
+    with_added_noise,
+)
 
 PERIOD = 2e-3
 
@@ -80,3 +88,57 @@ def test_added_noise_is_as_large_as_the_measured(record):
         assert 0.05 * found.noise < np.std(half) < 0.8 * found.noise  # smoothed, too
         slope = np.gradient(half[:, 0], found.h)
         assert np.corrcoef(slope, (plus - minus)[:, 0, 1])[0, 1] > 0.99
+
+
+def test_smoothing_is_that_with_the_lowest_generalised_cross_validation():
+    """By matrices: squares over the square of the degrees of freedom, and the noise by their quotient."""
+    count = 60
+    x = 3.0 * np.arange(count) + np.cumsum(np.random.default_rng(3).normal(size=count))
+    difference = np.diff(np.eye(count), axis=0)
+    second = difference.T @ difference  # with mirrored ends
+    z = x - np.linspace(x[0], x[-1], count)  # a line is no motion
+    scores = []
+    for weight in SMOOTHING:
+        removed = np.eye(count) - np.linalg.inv(np.eye(count) + weight * second @ second)
+        freedom, squares = np.trace(removed), np.sum((removed @ z) ** 2)
+        scores.append((squares / freedom**2, weight, squares / freedom))
+    _, weight, variance = min(scores)
+    assert SMOOTHING[5] < weight < SMOOTHING[-5]
+    assert smoothing(x, PERIOD) == pytest.approx((weight * PERIOD**3, variance**0.5), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("count", "lowest", "pieces"), [(150, 0, [(2, 64)]), (128, 0, [(2, 64)]), (127, 0, []), (150, 1, [])]
+)
+def test_where_nothing_is_smoothed_the_noise_is_that_of_pieces_of_64_samples(
+    monkeypatch, count, lowest, pieces
+):
+    """Jumps and impacts hide it: then the lowest weight is best, and the whole says nothing of the noise."""
+    shapes = []
+
+    def validated(x):
+        shapes.append(x.shape)
+        return SMOOTHING[lowest], float(len(x)) * 4  # 4 of the whole, 8 of two pieces
+
+    monkeypatch.setattr("pneumo.fit.stage_signals._cross_validated", validated)
+    found = smoothing(np.zeros(count), PERIOD)
+    assert shapes == [(1, count), *pieces]
+    assert found == pytest.approx((SMOOTHING[lowest] * PERIOD**3, 8**0.5 if pieces else 2.0), rel=1e-9)
+
+
+def test_a_step_is_between_20_us_and_1_ms_and_no_command_is_beyond_its_limit(plant):
+    u, x = np.full(50, plant.valve.u_max), np.full(50, plant.cylinder.x_min)
+    wide = plant._replace(valve=plant.valve._replace(k_xu=1.0))
+    assert longest_step(wide, u, x) == 2e-5 and longest_step(wide, 0 * u, x) == 1e-3
+    assert longest_step(wide, u, x - 1.0) == 2e-5  # beyond the end of the cylinder
+    between = plant._replace(valve=plant.valve._replace(k_xu=2e-6))
+    assert 2e-5 < longest_step(between, u, x) == longest_step(between, 10 * u, x) < 1e-3
+
+
+def test_a_motion_without_noise_is_smoothed_to_itself_up_to_the_last_step():
+    count, h = 30, 1e-3
+    at = stage_times(2 * (count - 1), h)
+    motion = np.stack([0.3 * at, np.full(at.shape, 0.3)], axis=-1)
+    signals = StageSignals(2 * h, h, 0 * at, motion, np.zeros((2, count)), 1e-12, 0.0)
+    for made in with_added_noise(signals, 1):
+        np.testing.assert_allclose(made, motion, rtol=0, atol=1e-9)
