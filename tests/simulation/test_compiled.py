@@ -3,7 +3,9 @@
 
 import errno
 import os
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -68,6 +70,8 @@ SPOIL = {
     "flipped": lambda file: file.write_bytes(flipped(file.read_bytes())),
     "of another kernel": lambda file: file.write_bytes(files()[1].read_bytes()),
     "shared": lambda file: file.chmod(0o666),
+    "of a lower checksum": lambda file: file.write_bytes(bytes(32) + file.read_bytes()[32:]),
+    "of a higher checksum": lambda file: file.write_bytes(b"\xff" * 32 + file.read_bytes()[32:]),
     "not loadable": lambda file: file.write_bytes(signed(file, b"pickled by other versions")),
 }
 
@@ -79,6 +83,45 @@ def test_a_damaged_or_foreign_file_costs_one_line_and_is_made_anew(used, spoil):
     hits, (line,) = used()
     assert hits == 1 and line.startswith("pneumo: ") and "damaged or foreign; compiled again" in line
     assert used() == (2, [])
+
+
+def test_each_version_of_python_has_its_own_files_and_its_patches_share_them(used, monkeypatch):
+    used()
+    for version, hits in (((*sys.version_info[:2], 99), 2), ((sys.version_info[0], 99, 0), 0)):
+        monkeypatch.setattr(compiled, "sys", SimpleNamespace(version_info=version, stderr=sys.stderr))
+        assert used() == (hits, [])
+
+
+@pytest.mark.parametrize(
+    ("chosen", "folder"),
+    [
+        ({"NUMBA_CACHE_DIR": "/chosen", "XDG_CACHE_HOME": "/caches"}, "/chosen"),
+        ({"XDG_CACHE_HOME": "/caches"}, "/caches/pneumo"),
+        ({}, "/home/someone/.cache/pneumo"),
+    ],
+)
+def test_the_folder_is_where_the_user_wants_it(chosen, folder, monkeypatch):
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in (chosen | {"HOME": "/home/someone"}).items():
+        monkeypatch.setenv(name, value)
+    assert cache_folder("pneumo.errors").parent == Path(folder)
+
+
+@pytest.mark.parametrize(
+    ("system", "owner", "mode", "ours"),
+    [
+        ("posix", 1000, 0o755, True),
+        ("posix", 999, 0o700, False),
+        ("posix", 1001, 0o700, False),
+        ("posix", 1000, 0o720, False),
+        ("posix", 1000, 0o702, False),
+        ("nt", 999, 0o777, True),  # Windows has neither owners nor modes of this kind
+    ],
+)
+def test_only_what_no_other_user_can_have_written_is_ours(system, owner, mode, ours, monkeypatch):
+    monkeypatch.setattr(compiled, "os", SimpleNamespace(name=system, geteuid=lambda: 1000))
+    assert compiled._only_ours(SimpleNamespace(st_uid=owner, st_mode=mode)) == ours
 
 
 @pytest.mark.parametrize("home", ["/dev/null", "/proc/nowhere", "a file"])
