@@ -13,7 +13,16 @@ from scipy.integrate import solve_ivp
 
 from pneumo import testing as some
 from pneumo.simulation.excitation import reference_series
-from pneumo.simulation.full_order import command_series, equilibrium, record, run
+from pneumo.simulation.full_order import (
+    DIVERGED,
+    NOT_POSITIVE,
+    RAN,
+    command_series,
+    equilibrium,
+    failure,
+    record,
+    run,
+)
 from pneumo.simulation.runge_kutta import A, B
 
 
@@ -283,6 +292,26 @@ def test_open_loop_piston_is_turned_before_the_ends(name):
     on_time = record(e._replace(drive=e.drive._replace(late=0.0))).u if e.drive.late else recording.u
     assert (on_time[beyond] * x[beyond] < 0).all()
     assert beyond.any()
+
+
+@pytest.mark.parametrize(
+    ("state", "value", "status"),
+    [
+        *((state, value, DIVERGED) for state in range(6) for value in (np.inf, -np.inf, np.nan)),
+        *((state, value, NOT_POSITIVE) for state in range(2, 6) for value in (0.0, -0.5)),
+        *((state, 0.5, RAN) for state in range(2, 6)),
+        *((state, -0.5, RAN) for state in range(2)),
+    ],
+)
+def test_a_run_has_failed_where_a_state_is_no_number_or_a_pressure_or_temperature_not_positive(
+    state, value, status
+):
+    states = np.tile([0.01, -0.2, 5e5, 293.0, 4e5, 280.0], (6, 1))
+    states[4, state] = value
+    assert failure(states) == (status, -1 if status == RAN else 4)
+    other = (state + 1) % 6
+    states[:, other] = np.nan  # not measured
+    assert failure(states) == (status, -1 if status == RAN else 4)
 
 
 def test_coulomb_friction_brakes_as_a_constant_force_and_holds_what_is_below_it():

@@ -7,8 +7,8 @@ from scipy.integrate import RK45
 
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
-from pneumo.simulation import full_order, signals, vectorised
-from pneumo.simulation.full_order import RAN, failure, record, run
+from pneumo.simulation import full_order, reference, signals, vectorised
+from pneumo.simulation.full_order import RAN, equilibrium, failure, record, run
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay, replay_by_reference, replay_in_parts
 from pneumo.simulation.runge_kutta import STAGES, C
@@ -48,7 +48,11 @@ def test_a_halved_step_is_a_run_at_the_smaller_step(name):
 
 def test_a_run_that_fails_survives_by_halving_near_a_finer_one_with_scipys_estimate():
     broken, mended = record(coarse("E06", 10, most=0)), record(coarse("E06", 10))
-    assert failure(broken.states)[0] != RAN and failure(mended.states)[0] == RAN
+    status, step = failure(broken.states)
+    assert status != RAN and failure(mended.states)[0] == RAN
+    # A failed run shows the state in which it failed, and nothing of what was computed from it.
+    assert np.isfinite(broken.states[:step]).all() and not np.isnan(broken.states[step]).all()
+    assert np.isnan(broken.states[step + 1 :]).all() and step < 290
     exact = record(fine(coarse("E06", 10), 80))
     P, P_exact = mended.states[:, [2, 4]], exact.states[::80, [2, 4]]
     # An error of at most 1e-4 P_0 in a step, 300 of them, most of which the next flows take back.
@@ -150,6 +154,54 @@ def test_each_error_is_judged_on_its_own_scale(state, monkeypatch):
     assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 7.0 / scale
     error[0] = 1.0  # m, over the stroke
     assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 1.0 / e.plant.cylinder.stroke
+
+
+@pytest.mark.parametrize("most", [None, 0, 1, 2])
+def test_a_step_that_is_never_accurate_is_halved_as_often_as_a_run_may(most, monkeypatch):
+    monkeypatch.setattr(full_order, "STEP_TOLERANCE", -1.0)
+    e = STUDY.experiments["E14"]
+    plain, allowed = getattr(run, "py_func", run), () if most is None else (most,)  # by default it may not
+    result = plain(equilibrium(e.plant), np.full(3, 0.01), 0.0, e.drive, e.plant, e.h, *allowed)
+    assert result.halvings.tolist() == [most or 0] * 2
+
+
+FAILED = [(0.0, 0.0), (-0.5, 0.0), (np.nan, 0.0), (1.0, np.nan), (1.0, np.inf), (1.0, -np.inf)]
+
+
+@pytest.mark.parametrize(("value", "error"), FAILED)
+@pytest.mark.parametrize("state", [2, 3, 4, 5])
+def test_a_failed_step_of_a_run_has_an_infinite_error(state, value, error, monkeypatch):
+    def estimated(_y, _context, _h, _K, into):
+        into[:] = 0.0
+        into[state] = error
+
+    monkeypatch.setattr(full_order, "_estimate", estimated)
+    Y, e = np.ones((STAGES + 1, 6)), STUDY.experiments["E14"]
+    Y[STAGES, state] = value
+    assert full_order._relative_error((0.0, 0.0, e.drive, e.plant), e.h, Y, Y, np.empty(6)) == np.inf
+
+
+@pytest.mark.parametrize(("value", "error"), [*FAILED, (0.5, -7.0), (1e5, 7.0)])
+def test_a_lanes_step_fails_where_its_pressure_is_not_positive_or_its_error_no_number(
+    value, error, monkeypatch
+):
+    monkeypatch.setattr(reference, "_step", lambda _y, _c, _h, _Y, _K, y_next: y_next.fill(value))
+    monkeypatch.setattr(reference, "_estimate", lambda _y, _c, _h, _K, into: into.fill(error))
+    plant, P = STUDY.experiments["E14"].plant, np.ones(1)
+    failed, context = (value, error) in FAILED, (None, 1.0, None, plant, None)
+    expected = np.inf if failed else 7.0 / plant.conditions.P_0
+    assert reference.lane_step(P, context, 1e-3, True, P, P, np.empty(1)) == expected
+    assert np.isnan(P[0]) if not value > 0 else P[0] == value
+    if value > 0:  # nobody asks for the error
+        assert reference.lane_step(P, context, 1e-3, False, P, P, np.empty(1)) == 0
+
+
+def test_a_lane_goes_on_at_a_pressure_near_zero(monkeypatch):
+    monkeypatch.setattr(reference, "stage_inputs", lambda *_: None)
+    monkeypatch.setattr(reference, "lane_step", lambda P, *_: P.fill(0.5) or 0.0)
+    plain = getattr(reference.replay_lanes, "py_func", reference.replay_lanes)
+    _, failed_at, pressure = plain(record(lasting("E06", 0.003)), LANES[:2], INTERPOLATED, 1)
+    assert (failed_at == -1).all() and (pressure[:, :, 1:] == 0.5).all()
 
 
 @pytest.mark.parametrize("sampling", [INTERPOLATED, EXACT_SAMPLING])
