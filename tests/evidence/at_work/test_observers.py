@@ -15,8 +15,11 @@ from pneumo.simulation.kalman_filter import (
     FIRST_TEMPERATURE,
     SIZE,
     FilterModel,
+    correct,
     correct_all,
+    estimated,
     first_estimate,
+    model_rates,
     predict,
 )
 from pneumo.simulation.reference import lane_rate
@@ -151,3 +154,67 @@ def test_k_0_and_temperatures_are_kept_possible():
     y = np.array([0.0, 0.0, C.P_0, C.P_0, 3 * T_0, T_0 / 3, 9.0])
     correct_all(y, first_covariance(), np.nan, np.full(2, np.nan), PLANT, model, SILENT)
     assert y[4:].tolist() == [2 * T_0, T_0 / 2, np.log(10.0)]
+
+
+def states_of(model):
+    """Indices of the states that a model uses."""
+    return [s for s in range(SIZE) if s < 4 or (s < 6 and model.full) or (s == 6 and model.estimates_k_0)]
+
+
+def some_covariance(seed):
+    L = np.random.default_rng(seed).normal(size=(SIZE, SIZE))
+    return L @ L.T + np.eye(SIZE)
+
+
+@all_filters
+@pytest.mark.parametrize("u", [1.0, -1.0])
+def test_derivatives_are_those_of_the_rates_and_move_the_covariance(model, u):
+    def rates(y):
+        dy = np.empty(SIZE)
+        model_rates(y, u, PLANT, model, dy)
+        return dy
+
+    start, W = np.array([0.005, 0.1, 5.2e5, 4.7e5, 296.0, 290.0, 0.3]), np.zeros((4, SIZE, SIZE))
+    steps = np.diag(1e-4 * np.array([CYLINDER.stroke, 1.0, C.P_0, C.P_0, T_0, T_0, 1.0]))
+    slopes = [(rates(start + step) - rates(start - step)) / (2 * step.sum()) for step in steps]
+    before, y = some_covariance(3), start.copy()
+    after = before.copy()
+    predict(y, after, u, PLANT, model, SILENT, H, W)
+    used = np.ix_(states_of(model), states_of(model))
+    # One-sided differences of the filter, over 1e-3 of each scale, of curved rates.
+    np.testing.assert_allclose(W[0][used], np.column_stack(slopes)[used], rtol=0.01)
+    A, F = W[0][used], W[1][used]
+    np.testing.assert_allclose(F, np.eye(len(A)) + H * A + H**2 / 2 * A @ A, rtol=1e-9)
+    expected = F @ before[used] @ F.T
+    if model.estimates_k_0:
+        expected[-1, -1] += H * 0.01**2
+    np.testing.assert_allclose(after[used], expected, rtol=1e-9)
+
+
+@all_filters
+@pytest.mark.parametrize("s", [0, 2, 3])
+def test_a_reading_corrects_all_states_by_their_covariance_with_it(model, s):
+    y, covariance, used = np.arange(1.0, SIZE + 1), some_covariance(s), states_of(model)
+    gain = covariance[:, s] / (covariance[s, s] + 0.5)
+    expected = covariance - np.outer(gain, covariance[s])
+    moved = y + np.where(np.isin(np.arange(SIZE), used), gain * (9.0 - y[s]), 0.0)
+    correct(y, covariance, s, 9.0, 0.5, model)
+    np.testing.assert_allclose(y, moved, rtol=1e-12)
+    np.testing.assert_allclose(covariance[np.ix_(used, used)], expected[np.ix_(used, used)], rtol=1e-9)
+
+
+def test_a_position_that_is_not_read_corrects_nothing_and_one_that_is_its_own_state():
+    for x, expected in ((np.nan, 0.0), (1e-3, 5e-4)):  # the reading is as uncertain as the first estimate
+        y, covariance = first_estimate(0.0, np.full(2, C.P_0), PLANT, SILENT)
+        correct_all(y, covariance, x, np.full(2, np.nan), PLANT, MODEL, SILENT)
+        assert y[0] == pytest.approx(expected, rel=1e-12) and y[1:4].tolist() == [0.0, C.P_0, C.P_0]
+
+
+def test_the_first_estimate_is_corrected_by_the_first_reading_and_kept_before_the_first_step():
+    plain, missing = getattr(estimated, "py_func", estimated), np.full((3, 2), np.nan)
+    x, first = np.array([0.01, np.nan, np.nan]), np.array([4e5, 5e5])
+    estimates, variances = plain(x, missing, np.ones(3), first, MODEL, PLANT, SILENT, H)
+    assert estimates[0].tolist() == [0.01, 0.0, 4e5, 5e5, T_0, T_0, 0.0]
+    expected = [SILENT.x_variance / 2, 1e-3**2, 2e4**2, 2e4**2, 5.0**2, 5.0**2, np.log(2.7) ** 2]
+    np.testing.assert_allclose(variances[0], expected, rtol=1e-12)
+    assert (estimates[1:, 2] > 4e5).all() and (variances[1:, 0] > variances[0, 0]).all()

@@ -25,6 +25,7 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.reference import lane_rate
 from pneumo.simulation.replay import replay, replay_by_reference
 from pneumo.simulation.signals import study_sampling
+from pneumo.simulation.vectorised import ROW
 from pneumo.storage.files import EXPERIMENT_LABELS
 
 pytestmark = pytest.mark.xdist_group("error budget")  # its fixtures take seconds
@@ -170,6 +171,12 @@ def test_regularised_flow_is_linear_without_a_jump_and_given_inputs_refuse_it():
     e = b.regularised(lasting("E06", 0.01))
     with pytest.raises(ValueError, match=r"laminar = 0\.001"):
         pressures_on_inputs(np.zeros((1, 6, 3)), LANES, e.plant, e.h, 1)
+    plant, rest = STUDY.experiments["E06"].plant, np.zeros((1, 6, 3))
+    with pytest.raises(ValueError, match="leak = 1e-09"):
+        pressures_on_inputs(rest, LANES, plant._replace(valve=plant.valve._replace(leak=1e-9)), e.h, 1)
+    with pytest.raises(ValueError, match=f"{ROW + 1} lanes"):
+        pressures_on_inputs(rest, np.resize(LANES, (ROW + 1, 9)), plant, e.h, 1)
+    assert len(pressures_on_inputs(rest, np.resize(LANES, (ROW, 9)), plant, e.h, 1)) == ROW
 
 
 def test_the_fast_replay_knows_the_regularised_law():
