@@ -212,11 +212,13 @@ def test_a_step_that_empties_a_chamber_leaves_nothing_of_its_failed_stages(plant
     np.testing.assert_allclose(end[np.isfinite(end)], P_atm, rtol=1e-4)
 
 
+@pytest.mark.parametrize("name", ["M7", "M8"])  # gas enters at the chamber's temperature, or at the supply's
 @pytest.mark.parametrize("full", [True, False])
-def test_supply_temperature_and_exhaust_of_a_set_are_those_of_a_plant_that_has_them(plant, full):
+def test_supply_temperature_and_exhaust_of_a_set_are_those_of_a_plant_that_has_them(plant, full, name):
     u, motions = signals(5e-4)
-    u = np.where(np.arange(len(u))[:, None] % 200 < 100, 8.0, -8.0) + 0.0 * u  # chambers reach both ports
-    row = lane_array([lane(MODELS["M7"], 1.2, plant.gas.gamma)] * 2)
+    u = np.where(np.arange(len(u))[:, None] % 200 < 100, 0.4, -0.4) + 0.0 * u  # chambers reach both ports
+    plant = plant._replace(valve=plant.valve._replace(k_xu=20 * plant.valve.k_xu))
+    row = lane_array([lane(MODELS[name], 1.2, plant.gas.gamma)] * 2)
     inputs, starts = (u, motions, row, V_D[:2]), (5e-4, 1, START[:2], START_T[:2] if full else None)
     T_in, exhaust = np.array([330.0, 280.0]), np.array([0.7, 1.4])
     together = pressures_of_sets(*inputs, plant, *starts, T_in=T_in, exhaust=exhaust)
@@ -226,3 +228,72 @@ def test_supply_temperature_and_exhaust_of_a_set_are_those_of_a_plant_that_has_t
         expected = pressures_of_sets(*inputs, own, *starts)[:, i]
         np.testing.assert_allclose(together[:, i], expected, rtol=1e-10)
     assert np.abs(together[:, 0] / pressures_of_sets(*inputs, plant, *starts)[:, 0] - 1).max() > 0.01
+
+
+def full_order_rows(plant, count):
+    return lane_array([lane(MODELS["M10"], 1.0, plant.gas.gamma)._replace(a=0.0)] * count)
+
+
+def test_a_set_notices_neither_others_that_meet_their_port_nor_how_many_there_are(plant):
+    plant = plant._replace(valve=plant.valve._replace(k_xu=20 * plant.valve.k_xu))
+    c, count = plant.conditions, 9
+    start = np.tile([0.5 * c.P_s, 2 * c.P_atm], (count, 1))
+    start[4, 0] = 0.999 * c.P_s  # the only chamber that meets a port
+    u, rest = np.full((1, 3), 5.0), np.full((1, 1, 3, 2), [0.02, 0.0])
+
+    def replayed(sets):
+        rows, V_d = full_order_rows(plant, len(sets)), np.full((len(sets), 2), 3e-5)
+        T = np.full((len(sets), 2), 293.0)
+        return pressures_of_sets(u, rest, rows, V_d, plant, 1e-3, 1, start[sets], T)[0]
+
+    together = replayed(np.arange(count))
+    for i in (0, 4, 8):
+        np.testing.assert_array_equal(together[i], replayed(np.array([i]))[0])
+    assert together[4, 0, 1] == pytest.approx(c.P_s, rel=1e-3)
+    assert together[4, 0, 1] != start[4, 0] and together[0, 0, 1] < 0.9 * c.P_s
+
+
+def test_gas_at_the_pressure_of_its_port_stays_there(plant):
+    plant = plant._replace(valve=plant.valve._replace(k_xu=20 * plant.valve.k_xu))
+    c = plant.conditions
+    start, T = np.array([[c.P_s, c.P_atm]]), np.full((1, 2), c.T_amb)
+    u, rest = np.full((5, 3), 5.0), np.full((1, 5, 3, 2), [0.0, 0.0])
+    found = pressures_of_sets(u, rest, full_order_rows(plant, 1), V_D[:1], plant, 1e-3, 1, start, T)[0, 0]
+    np.testing.assert_allclose(found, np.repeat(start.T, 6, axis=1), rtol=1e-12)
+
+
+@pytest.mark.parametrize("z", [-1.5, -1.8])
+def test_a_step_to_just_below_zero_pressure_has_failed(plant, z):
+    """The polynomial of a third-order step is 0.06 at -1.5 and -0.15 at -1.8."""
+    h, c = 1e-3, plant.cylinder
+    V = V_D[0, 0] + c.A_A * c.stroke / 2
+    motion = np.full((1, 1, 3, 2), [0.0, -z * V / (plant.gas.gamma * c.A_A * h)])
+    rows, shut = lane_array([lane(MODELS["M3"], 1.0, plant.gas.gamma)]), np.zeros((1, 3))
+    by_valve = pressures_of_sets(shut, motion, rows, V_D[:1], plant, h, 1, START[:1])[0, 0, 0, 1]
+    by_flow = pressures_on_flows(motion[0], np.zeros((1, 3, 2)), rows, V_D[:1], plant, h, 1, START[:1])[
+        0, 0, 1
+    ]
+    factor = 1 + z + z**2 / 2 + z**3 / 6
+    np.testing.assert_allclose([by_valve, by_flow], START[0, 0] * factor if factor > 0 else np.nan, rtol=1e-9)
+
+
+@pytest.mark.parametrize("stride", [2, 7])
+def test_a_stride_thins_the_pressures(plant, stride):
+    u, motions = signals(5e-4)
+    rows, flow = lane_array([lane(MODELS["M8"], 1.2, plant.gas.gamma)] * 3), np.full((len(u), 3, 2), 1e-4)
+    every, thinned = (pressures_of_sets(u, motions, rows, V_D, plant, 5e-4, s, START) for s in (1, stride))
+    np.testing.assert_array_equal(thinned, every[..., ::stride])
+    given = (motions[0], flow, rows, V_D, plant, 5e-4)
+    every, thinned = (pressures_on_flows(*given, s, START) for s in (1, stride))
+    np.testing.assert_array_equal(thinned, every[..., ::stride])
+
+
+def test_more_replays_than_the_work_array_holds_are_made_in_turn(plant):
+    count = 70  # two motions would be 140 lanes
+    u, motions = (signal[..., :4, :] if signal.ndim == 2 else signal[:, :4] for signal in signals(5e-4))
+    motions = np.concatenate([motions, 0.9 * motions[:1]])
+    rows = lane_array([lane(MODELS["M8"], n, plant.gas.gamma) for n in np.linspace(1.0, 1.4, count)])
+    fixed = np.tile(V_D[:1], (count, 1)), plant, 5e-4, 1, np.tile(START[:1], (count, 1))
+    together = pressures_of_sets(u, motions, rows, *fixed)
+    for i in range(3):
+        np.testing.assert_array_equal(together[i], pressures_of_sets(u, motions[i : i + 1], rows, *fixed)[0])

@@ -5,12 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY
-from scipy.integrate import solve_ivp
+from scipy.integrate import cumulative_trapezoid, solve_ivp
+from scipy.linalg import expm
 
 from pneumo import testing as some
 from pneumo.physics.cylinder import Side, chamber_of, heat_area
 from pneumo.physics.models import MODELS
-from pneumo.physics.valve import exact_gas
+from pneumo.physics.valve import choked_flow, exact_gas, mass_flow
+from pneumo.simulation import gas_network
 from pneumo.simulation.full_order import chamber_rates
 from pneumo.simulation.gas_network import LAMINAR, Link, Node, fastest_rate, full_order_lane, law, replay
 from pneumo.simulation.reference import lane_rate
@@ -222,3 +224,75 @@ def test_a_pressure_that_is_not_positive_ends_a_replay():
     assert np.isfinite(isothermal.P).all()
     shrunk = replay([node(1e5)], [], [], -V[None] + 2e-4, np.empty((0, SAMPLES)), AIR, H)
     assert np.isnan(shrunk.P[0, -1]) and np.isfinite(shrunk.P[0, 0])
+
+
+def test_a_valve_that_opens_linearly_beside_one_that_is_shut_lets_in_its_integral():
+    V, opening = 1e-3, 1e-6 * np.linspace(0.0, 1.0, SAMPLES) ** 2
+    shut_first = [Link(1, 0), Link(1, 0)]
+    r = replay([node(1e5)], shut_first, [SUPPLY], V * ONES[None], np.array([0 * ONES, opening]), AIR, H)
+    sonic = choked_flow(1.0, *SUPPLY, AIR)  # all the time, and so independent of the chamber
+    let_in = cumulative_trapezoid(opening, dx=H, initial=0)
+    np.testing.assert_allclose(r.P[0], 1e5 + AIR.gamma * AIR.R * SUPPLY[1] * sonic * let_in / V, rtol=1e-10)
+    assert 1.05e5 < r.P[0, -1] < AIR.critical_ratio * SUPPLY[0]
+
+
+@pytest.mark.parametrize("b", [np.nan, 0.3])
+@pytest.mark.parametrize("ratio", [0.99, 0.6, 0.2])
+def test_gas_flows_through_a_link_by_its_law(b, ratio):
+    h, P, V, area = 1e-7, ratio * SUPPLY[0], 1e-4, 1e-6
+    r = replay([node(P)], [Link(1, 0, b)], [SUPPLY], np.full((1, 2), V), np.full((1, 2), area), AIR, h)
+    gas = AIR if np.isnan(b) else AIR._replace(critical_ratio=b, elliptic=True)
+    rate = AIR.gamma * AIR.R * SUPPLY[1] * mass_flow(area, SUPPLY[0], P, SUPPLY[1], gas) / V
+    assert (r.P[0, 1] - P) / h == pytest.approx(rate, rel=1e-3)  # it hardly changes in so short a step
+
+
+def test_a_store_takes_heat_from_the_gas_and_gives_it_to_the_wall():
+    V, P, T, k_0, k_store, c_store, k_back = 1e-4, 2e5, 350.0, 0.3, 0.4, 0.05, 0.7
+    gas_node = node(P, T, k_0=k_0, k_store=k_store, c_store=c_store, k_back=k_back)
+    r = replay([gas_node], [], [], V * ONES[None], np.empty((0, SAMPLES)), AIR, H)
+    capacity = P * V / T / (AIR.gamma - 1)
+    rates = [
+        [-(k_0 + k_store) / capacity, k_store / capacity],
+        [k_store / c_store, -(k_store + k_back) / c_store],
+    ]
+    for sample in (1, 20, SAMPLES - 1):
+        expected = expm(H * sample * np.array(rates)) @ [T - 293.0, 0.0]
+        found = [r.T[0, sample] - 293.0, r.T_store[0, sample] - 293.0]
+        np.testing.assert_allclose(found, expected, rtol=1e-7)
+
+
+def test_the_wall_of_the_full_order_has_a_constant_conductance_unless_told_otherwise():
+    closed = [node(2e5, 350.0, k_0=2.0)], [], [], 1e-4 * ONES[None], np.empty((0, SAMPLES)), AIR, H
+    np.testing.assert_array_equal(replay(*closed, 2 * ONES[None]).P, replay(*closed).P)
+    assert full_order_lane(1.4)[-2:] == (0.0, 0.0)
+
+
+def test_heat_alone_makes_a_node_as_fast_as_its_conductance():
+    V, none = np.full((1, 2), 1e-4), np.empty((0, 2))
+    fastest = [fastest_rate([hot_node(k_0=k_0)], [], [HOT], V, none, AIR) for k_0 in (0.0, 3.0, 6.0)]
+    assert fastest == pytest.approx([0.0, fastest[1], 2 * fastest[1]], rel=1e-12) and fastest[1] > 0
+
+
+@pytest.mark.parametrize(
+    ("P", "T", "full", "ends"),
+    [
+        (0.5, 0.5, True, False),
+        (0.0, 0.5, True, True),
+        (-0.5, 0.5, True, True),
+        (0.5, 0.0, True, True),
+        (0.5, -0.5, True, True),
+        (0.5, -0.5, False, False),  # a temperature that is no state
+        (0.0, -0.5, False, True),
+        (np.nan, 0.5, True, True),
+    ],
+)
+def test_a_replay_ends_where_a_state_is_not_positive(P, T, full, ends, monkeypatch):
+    def step(_y, _context, _h, _Y, _K, y):
+        y[:2] = P, T
+
+    monkeypatch.setattr(gas_network, "_step", step)
+    plain = getattr(gas_network._replayed, "py_func", gas_network._replayed)
+    of = node(of=(FULL[0], full))
+    nodes, none, ones = np.array([(*of.lane, *of[1:])]), np.empty((0, 4)), np.ones((1, 3))
+    states = plain(nodes, none, np.empty((0, 2)), ones, np.empty((0, 3)), ones, AIR, H, 1)
+    assert np.isnan(states[1:]).all() == ends and states[0, 0] == of.P
