@@ -226,7 +226,8 @@ class Scripted:
             set(),
         )
 
-    def __call__(self, _start, reference, force, _drive, _plant, h, most_halvings):
+    def __call__(self, _start, reference, force, _drive, plant, h, most_halvings):
+        self.valve = plant.valve
         if force != self.force:
             self.force, self.t = force, 0.0
         t = self.t + h * np.arange(len(reference))
@@ -307,3 +308,12 @@ def test_a_release_in_which_a_pressure_fails_says_so_and_shows_nothing_after_it(
     assert settled.status == NOT_POSITIVE and settled.failure_step == settled.release_step + 1501
     assert np.isfinite(settled.states[: settled.failure_step + 1]).all()
     assert np.isnan(settled.states[settled.failure_step + 1 :]).all()
+
+
+@pytest.mark.parametrize("leak", [0.0, 2e-9])
+def test_a_leak_of_these_runs_is_added_to_the_valves_own_and_makes_them_cancel(leak, monkeypatch):
+    e = STUDY.experiments["E14"]
+    script, valve = Scripted(warm, e.plant), e.plant.valve._replace(leak=1e-9)
+    monkeypatch.setattr(settling, "run", script)
+    settle(e._replace(plant=e.plant._replace(valve=valve), push=e.push._replace(leak=leak, stop=None)))
+    assert (script.valve.leak, script.valve.net_leak) == (1e-9 + leak, leak > 0)
