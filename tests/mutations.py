@@ -267,9 +267,7 @@ def too_many(counts: dict[str, dict[str, int]]) -> list[str]:
 def survivors() -> list[dict[str, str]]:
     """Listed mutants: module, line before and after, and the reason."""
     rooms = (yaml.safe_load(file.read_text(encoding="utf-8")) for file in (ROOT / "tests/mutants").iterdir())
-    return [
-        {"module": module, **each} for room in rooms for module, lines in room.items() for each in lines
-    ]
+    return [{"module": module, **each} for room in rooms for module, lines in room.items() for each in lines]
 
 
 def listed() -> set[tuple[str, str, str]]:
