@@ -54,8 +54,8 @@ class Column(BaseModel):
     """Column of a file that holds a quantity, and its unit there."""
 
     model_config = ConfigDict(extra="forbid")
-    column: Annotated[str, Field(min_length=1, max_length=200)]
-    unit: Annotated[str, Field(max_length=20)]  # of `scale` times the number in the file, plus `offset`
+    column: Annotated[str, Field(min_length=1)]
+    unit: str  # of `scale` times the number in the file, plus `offset`
     scale: Annotated[float, Field(allow_inf_nan=False)] = 1.0
     offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
 
@@ -106,7 +106,8 @@ def columns_by_header(names: list[str], units: Mapping[str, str]) -> dict[str, C
         spelled = [("t" if quantity.lower() in TIME else quantity, unit) for quantity, unit in spelled]
     for name, (quantity, header_unit) in zip(names, spelled, strict=True):
         if quantity in columns:
-            raise InputError(f"columns {columns[quantity].column!r} and {name!r}: both are {quantity}")
+            both = f"{printable(columns[quantity].column, 30)!r} and {printable(name, 30)!r}"
+            raise InputError(f"columns {both}: both are {quantity}")
         if quantity in UNITS:
             unit = units.get(name) or header_unit
             unit = plain_unit(unit.replace("_per_s", "/s").replace("_g", GAUGE))
