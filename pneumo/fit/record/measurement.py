@@ -93,8 +93,11 @@ def _numbers(samples: Samples, quantity: str, column: pd.Series, notes: list[str
     return np.interp(row, present, numbers[present])
 
 
-def _seconds(column: pd.Series) -> np.ndarray | None:
-    """Seconds since the first of a column's ISO time stamps; None if its values are no time stamps."""
+def _seconds(samples: Samples, column: pd.Series) -> np.ndarray | None:
+    """Seconds since the first of a column's ISO time stamps; None if its values are no time stamps.
+
+    `InputError` if one of several is none.
+    """
     if pd.api.types.is_datetime64_any_dtype(column):
         stamps = column
     elif pd.api.types.is_numeric_dtype(column) or str(column.iloc[0])[:10].count("-") != 2:
@@ -102,7 +105,15 @@ def _seconds(column: pd.Series) -> np.ndarray | None:
     else:
         stamps = pd.to_datetime(column, errors="coerce", format="ISO8601", utc=True)
     seconds = (stamps - stamps.iloc[0]).dt.total_seconds().to_numpy()
-    return seconds if np.isfinite(seconds).all() else None
+    samples.refuse(
+        ~np.isfinite(seconds),
+        "t",
+        lambda k, more: (
+            f"{printable(str(column.iloc[k]), 30)!r}: must be a time stamp such as 2006-05-31T12:00:00.001"
+            f"{f', and {more} more' if more else ''}"
+        ),
+    )
+    return seconds
 
 
 def read_measurement(
@@ -157,7 +168,7 @@ def read_measurement(
         name = column.column
         if name not in names:
             raise InputError(f"{path}: no column {printable(name)!r}, which the mapping names as {quantity}")
-        if quantity == "t" and (stamps := _seconds(table.loc[:, name])) is not None:
+        if quantity == "t" and (stamps := _seconds(samples, table.loc[:, name])) is not None:
             values[quantity] = stamps
             continue
         factor, offset = column.factor_and_offset(path, quantity, plant.conditions.P_atm)
@@ -177,7 +188,7 @@ def read_measurement(
     period, on_time = check_time(samples, closed)
     notes += on_time + check_signals(samples, plant, from_end, closed)
     values = _uniform(values, period)
-    notes += check_velocity(samples._replace(values=values), period)
+    notes += [] if closed else check_velocity(samples._replace(values=values), period)
     T = float(np.mean(values["T"])) if "T" in values else np.nan
     P = np.array([values["P_A"], values["P_B"]])
     m = np.array([values[name] for name in FLOWS]) if measured_flow else None

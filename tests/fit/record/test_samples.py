@@ -101,7 +101,15 @@ def test_clocks_may_be_put_back_and_a_wrong_stamp_is_refused(frame, plant):
     assert {stamp[-6:] for stamp in stamps} == {"+02:00", "+01:00"}
     assert read_measurement(frame.assign(t_s=stamps), plant).period == pytest.approx(PERIOD, rel=1e-9)
     stamps[17] = "off"
-    assert "column t: " in refusal(frame.assign(t_s=stamps), plant)
+    stamps[40] = "2024-10-27 at three"
+    text = refusal(frame.assign(t_s=stamps), plant)
+    assert text.startswith("record: sample 17, column t: 'off': must be a time stamp such as ")
+    assert text.endswith(", and 1 more")
+
+
+def test_a_velocity_is_not_compared_with_a_piston_that_is_held(frame, plant):
+    held = frame.drop(columns="u_V").assign(x_m=0.01, v_m_per_s=1e-3 * np.sin(T))
+    assert read_measurement(held, plant, closed=True).v is not None
 
 
 def test_numbers_that_could_be_years_are_no_time_stamps(frame, plant):
