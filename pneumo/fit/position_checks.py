@@ -21,6 +21,7 @@ RESTS = 0.05  # s, for which it rests
 STILL, STILL_NOISE = 2e-3, 6.0  # of the stroke, or of the noise in x, within which it stays then
 AT_END = 0.02  # of the stroke, from the outermost x
 LEAST_FORCE = 0.1  # of the largest, on a piston that has come to a stop and is pushed on harder later
+LEAST_NOISE = 1e-7  # m, in a position; that of a simulated record is none
 GIVES = 1e-4  # m, accuracy with which forces on a resting piston must show how far its stop gives way
 SURE = 2.0  # deviation over what the stated accuracies allow
 MOVED = 0.05  # of a dead volume, by which an error of the position moves it unsaid
@@ -62,7 +63,7 @@ def contact(x: np.ndarray, force: np.ndarray) -> float:
     If the forces hardly differ, the stop is assumed to be rigid.
     """
     spread = float(force.std())
-    if spread * len(x) ** 0.5 * GIVES < noise_of(x, x) * np.abs(force).max():
+    if spread * len(x) ** 0.5 * GIVES < max(noise_of(x, x), LEAST_NOISE) * np.abs(force).max():
         return float(np.median(x))
     given = max(float(np.polyfit(force, x, 1)[0]), 0.0)  # m/N
     return float(np.median(x - given * force))

@@ -265,6 +265,11 @@ def test_a_stop_is_rigid_where_its_forces_cannot_show_0_1_mm(noise, rigid):
     assert contact(x, force) == pytest.approx(expected, abs=0.0 if rigid else 1.2e-4)
 
 
+@pytest.mark.parametrize("force", [np.full(50, 300.0), 300.0 + 1e-12 * np.arange(50)])
+def test_a_simulated_piston_at_rest_under_one_force_is_on_its_stop(force):
+    assert contact(np.full(50, 0.08), force) == 0.08
+
+
 def test_stops_elsewhere_are_not_said_where_they_hardly_move_the_dead_volumes():
     c = PLANT.cylinder
     large = PLANT._replace(cylinder=c._replace(V_d_A=0.2 * c.A_A, V_d_B=0.2 * c.A_B))
