@@ -66,13 +66,14 @@ def edges(P: np.ndarray) -> list[tuple[float, float]]:
     """Begin and end of each pulse of a pressure, as positions in samples; no sample may be missing.
 
     A pulse begins where the pressure leaves its lowest value, and ends where it last falls through `FALLEN`
-    of its largest. Both are interpolated linearly between samples.
+    of its largest. Both are interpolated linearly between samples. Of several begins with one end the last
+    counts: the others are noise before the pulse.
     """
     low, level = P.min(), RISEN * np.ptp(P)
     above = low + level < P
     starts = np.flatnonzero(above[1:] & ~above[:-1])
     ends = np.flatnonzero(above[:-1] & ~above[1:])
-    pulses = []
+    begins = dict[float, float]()  # by end
     for start in starts:
         later = ends[ends > start + SHORTEST]
         if not len(later):
@@ -83,8 +84,8 @@ def edges(P: np.ndarray) -> list[tuple[float, float]]:
         falls = np.flatnonzero((pulse[:-1] >= FALLEN * pulse.max()) & (pulse[1:] < FALLEN * pulse.max()))[-1]
         begin = start + (level - pulse[0]) / (pulse[1] - pulse[0])
         beyond = (pulse[falls] - FALLEN * pulse.max()) / (pulse[falls] - pulse[falls + 1])
-        pulses.append((begin, start + falls + beyond))
-    return pulses
+        begins[float(start + falls + beyond)] = float(begin)
+    return [(begin, end) for end, begin in begins.items()]
 
 
 def commanded(u: np.ndarray) -> list[tuple[float, float]]:

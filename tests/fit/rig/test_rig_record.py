@@ -42,6 +42,14 @@ def test_edges_are_interpolated_between_samples(late):
     assert end == pytest.approx(100 + late + 300 + (1 - FALLEN) * 100, abs=1e-6)
 
 
+def test_noise_before_a_pulse_begins_none():
+    P = pulse(0.1)
+    P[50] += 2 * RISEN * (HIGH - LOW)
+    P[102] = LOW  # and it crosses the level more than once
+    ((begin, end),) = edges(P)
+    assert begin == pytest.approx(103, abs=1) and end == edges(pulse(0.1))[0][1]
+
+
 def test_a_small_pulse_and_one_that_does_not_end_are_no_pulses():
     both = np.concatenate([pulse(0.1), LOW + 0.5 * (pulse(0.1) - LOW)])
     assert len(edges(both)) == 1
