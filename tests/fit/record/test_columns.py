@@ -46,7 +46,7 @@ def test_a_header_may_be_long_and_is_cut_where_it_is_refused(tmp_path):
     long = f"P_A [{'kilopascal ' * 40}]"
     with pytest.raises(InputError) as error:
         columns_by_header([long], {})["P_A"].factor_and_offset(tmp_path, "P_A", 1e5)
-    said = f"{tmp_path}: column P_A [kilop...scal kilopascal ]: unknown unit '...pascal kilopascal'; the units"
+    said = f"{tmp_path}: column P_A [kilop...scal kilopascal ]: unknown unit '...pascal kilopascal';"
     assert str(error.value).startswith(said)
     with pytest.raises(InputError) as error:
         columns_by_header([long, "P_A_kPa"], {})
