@@ -241,6 +241,22 @@ def test_each_law_of_the_wall_has_its_exponents(law):
     np.testing.assert_allclose(problem.replay(theta, 40), expected, rtol=1e-12)
 
 
+def test_one_chamber_is_closed_alike_whichever_it_is():
+    """It takes heat from the wall, and leaks into an open one at the lowest pressure."""
+    open_P = np.full(40, 0.9 * SHORT.P[0, :40].min())
+    gas = (R_NITROGEN, GAMMA, T_WALL, P_0 * T_WALL)
+    found = []
+    for order in (1, -1):
+        measured, closed = np.array([SHORT.P[0, :40], open_P])[::order], (True, False)[::order]
+        V, ratio = (np.array([each[0, :40]] * 2) for each in (VOLUMES, SHORT.area_ratio))
+        k, start = np.array([0.03, 0.02])[::order], np.array([1.1, 0.9])[::order]
+        motion = measured, closed, V, ratio
+        P = laws.closed_chambers(measured[:, 0], *motion, H, start, GAMMA, k, 1.0, 0.5, 2e-9, *gas)
+        found.append(P[::order])
+    np.testing.assert_array_equal(*found)
+    assert np.ptp(found[0][0]) > 1e3
+
+
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_chamber_that_is_left_out_keeps_its_measured_pressure(side):
     P = problem_of("adiabatic", chambers=(side,)).replay(np.array([2.0, 5.0, 1.0, 1.0, 0.0]), 40)
