@@ -21,7 +21,7 @@ from pneumo.fit.least_squares import (
 )
 from pneumo.physics.models import MODELS
 
-SETTLED = 0.03  # of the variance of a residual: decision 22
+SETTLED = 0.03  # of the variance of a residual, by which a search may still change the sum of squares
 
 rng = np.random.default_rng(7)
 J = rng.normal(size=(2, 50, 3)) * np.array([1.0, 5.0, 0.3])
