@@ -61,6 +61,7 @@ def test_starts_are_the_first_pressures_and_temperatures_of_each_of_eight_record
     quantity = QUANTITIES["start_T_8_B"]
     assert quantity.name == "the first temperature of B in record 8"
     assert quantity.heading == "first T of B in record 8"
+    assert QUANTITIES["start_T_B"].name == "the first temperature of B"  # of a record alone
     assert PARAMETERS["start_T_8_B"].search == PARAMETERS["start_T_B"].search
 
 
