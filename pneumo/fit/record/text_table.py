@@ -127,8 +127,10 @@ def _names(
 ) -> tuple[list[str], dict[str, str]]:
     """Names of the columns, and their units from a row between names and numbers, if there is one."""
     width, rows = first.width, []
+    # Spaces part names last: they are within names more often than other separators.
+    separators = sorted(dict.fromkeys((first.separator, *SEPARATORS[:3])), key=lambda s: s == " ")
     for line in above:
-        splits = (_fields(line, separator) for separator in dict.fromkeys((first.separator, *SEPARATORS[:3])))
+        splits = (_fields(line, separator) for separator in separators)
         # One more than numbers: LabVIEW has a column of comments that may be left out below.
         rows += [fields for fields in splits if width <= len(fields) <= width + 1][:1]
     if not rows:

@@ -76,6 +76,7 @@ def test_a_row_has_units_if_half_of_its_fields_are(below, has_units):
         ("Zeit [s];U, soll [V]\n", "0;1", ["Zeit [s]", "U, soll [V]"]),  # the numbers' separator comes first
         ("Time [s]\tu [V]\n", "0 1", ["Time [s]", "u [V]"]),  # tabs above columns aligned by spaces
         ("t_s,u_V\nsecond run\n", "0,1", ["t_s", "u_V"]),  # words are no columns
+        ("t_s, u_V\n", "0 1", ["t_s", "u_V"]),  # commas and spaces between names, spaces between numbers
     ],
 )
 def test_names_are_read_with_their_own_separator(above, numbers, names):
