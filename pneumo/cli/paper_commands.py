@@ -278,6 +278,7 @@ def verify(
     """Check the SHA-256 of every result, page and figure."""
     from pneumo.errors import ResultError
     from pneumo.storage.files import damaged
+    from pneumo.storage.kept_evidence import removed_unless_kept
     from pneumo.storage.seal import changed, manifest, sealed_files, without_hash
 
     files = [*sealed_files(results), *manifest(results)]
@@ -285,9 +286,7 @@ def verify(
     if not files:
         raise ResultError(f"{results}: holds no results; `snakemake -j2` makes them")
     for error in errors:
-        typer.echo(f"{error}{'; removed' if remove else ''}")
-        if remove:
-            error.path.unlink(missing_ok=True)
+        typer.echo(f"{error}; {removed_unless_kept(error.path)}" if remove else str(error))
     if unknown := without_hash(results):
         names = ", ".join(str(file.relative_to(results)) for file in unknown[:MOST_NAMED])
         more = ", ..." if len(unknown) > MOST_NAMED else ""

@@ -14,6 +14,7 @@ from typing import Any
 
 from pneumo.errors import SYSTEM, DamagedError, PneumoError
 from pneumo.jobs.run_lock import job_lock
+from pneumo.storage.kept_evidence import removed_unless_kept
 from pneumo.storage.seal import hashes_without_seal
 
 GARBAGE = (
@@ -28,7 +29,7 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
     rule's value of that name: a path or list of paths (input, output), a value (params, wildcards) or
     ``threads``. The job's log gets the time taken and `hashes_without_seal`, or the error. An error that the
     user can correct is also one line on standard error, with exit code 2. A damaged input file is removed,
-    and the next run makes it again. Ctrl-C ends the process at once, like a kill.
+    and the next run makes it again; kept evidence stays. Ctrl-C ends the process at once, like a kill.
     """
     job = script.get("snakemake")
     if job is None:
@@ -47,8 +48,7 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
         correctable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in SYSTEM
         text = " ".join(str(error).split())
         if isinstance(error, DamagedError):
-            error.path.unlink(missing_ok=True)
-            text += "; removed, the next run makes it again"
+            text += f"; {removed_unless_kept(error.path)}"
         with suppress(OSError):  # the disk may be full
             _log(job, f"{text}\n" if correctable else traceback.format_exc())
         if not correctable:

@@ -27,6 +27,14 @@ def kept_files(folder: Path) -> list[Path]:
     return sorted(file for file in folder.iterdir() if file.suffix in (".nc", ".json"))
 
 
+def removed_unless_kept(damaged: Path) -> str:
+    """Remove a damaged file, unless it is kept evidence, which takes hours to make; return the remedy."""
+    if damaged.resolve().is_relative_to(KEPT):
+        return f"`git checkout {KEPT.parent.name}/{KEPT.name}` restores it"
+    damaged.unlink(missing_ok=True)
+    return "removed, the next run makes it again"
+
+
 def list_kept(folder: Path) -> None:
     """Write the SHA-256 of every kept file into a list beside them."""
     (folder / LIST).write_text(sha256_lines(kept_files(folder), folder), encoding="utf-8")

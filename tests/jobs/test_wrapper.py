@@ -19,6 +19,7 @@ from pneumo.errors import DamagedError, ResultError, RunError
 from pneumo.jobs.run_lock import RUN, RUN_LOCK
 from pneumo.jobs.wrapper import run_job
 from pneumo.selection.cylinder_template import write_table_template
+from pneumo.storage import kept_evidence
 
 
 @pytest.fixture
@@ -133,6 +134,18 @@ def test_a_damaged_file_is_removed_and_a_full_log_is_one_line(job, run_folder, c
     with pytest.raises(SystemExit) as end:
         run_job(lambda: None, {"snakemake": job})
     assert end.value.code == 2 and capsys.readouterr().err == f"pneumo: {FULL}\n"
+
+
+def test_damaged_kept_evidence_stays_for_git_to_restore(job, run_folder, capsys, monkeypatch):
+    monkeypatch.setattr(kept_evidence, "KEPT", run_folder.resolve() / "paper/evidence")
+    kept = run_folder / "paper/evidence/power.nc"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("spoilt")
+    with pytest.raises(SystemExit):
+        run_job(failing(DamagedError(Path("paper/evidence/power.nc"), "damaged")), {"snakemake": job})
+    assert kept.exists()
+    line = "pneumo: paper/evidence/power.nc: damaged; `git checkout paper/evidence` restores it\n"
+    assert capsys.readouterr().err == line
 
 
 BUSY = """
