@@ -34,6 +34,7 @@ EVIDENCE_CODE = {
         "cylinders",
         "contest",
         "measured_air",
+        "partly_known",
     ]
 } | {
     "findings.json": code_behind("findings.py"),
