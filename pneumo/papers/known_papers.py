@@ -29,7 +29,8 @@ KNOWN: dict[PaperName, KnownPaper] = {
         "pneumo.papers.paper_2006.paper",
         ".",
         (
-            *("parameters.json", "settling.nc", "assumptions.nc", "power.nc", "settling/*.nc", "datum/*.nc"),
+            *("parameters.json", "settling.nc", "assumptions.nc", "power.nc", "seed_sets.nc"),
+            *("settling/*.nc", "datum/*.nc"),
             *("published/statistics.nc", "published/replay/*.nc", "exact/statistics.nc", "exact/replay/*.nc"),
         ),
     ),

@@ -62,19 +62,39 @@ def test_main_takes_paths_and_parameters_by_their_names_and_is_called_by_snakema
     run_job(failing(AssertionError), {"__name__": "script"})
 
 
-def test_every_rule_gives_its_script_what_it_takes(monkeypatch, tmp_path):
+def loaded(monkeypatch, cache, *configs):
+    """The workflow that Snakemake reads in the checkout."""
     from snakemake.api import SnakemakeApi  # half a second, which no other test needs
     from snakemake.settings.types import ConfigSettings, ResourceSettings
 
-    write_table_template(tmp_path / "fleet.yaml")
     monkeypatch.chdir(SCRIPTS.parents[1])
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))  # for sources of Snakemake; HOME may be read-only
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))  # for sources of Snakemake; HOME may be read-only
     monkeypatch.setattr(sys, "executable", sys.executable)  # the Snakefile quotes it
+    with SnakemakeApi() as api:
+        settings = ResourceSettings(cores=1), ConfigSettings(configfiles=list(configs))
+        return api.workflow(*settings, snakefile=Path("Snakefile"))._workflow
+
+
+READ = {  # by rules, without an argument of that name
+    "verdict": ["paper/2006/doubts.yaml", "paper/2006/head.html.j2"],
+}
+
+
+def test_rules_list_the_printed_tables_and_texts_that_their_scripts_read(monkeypatch, tmp_path):
+    rules = {rule.name: rule for rule in loaded(monkeypatch, tmp_path).rules}
+    for name, files in READ.items():
+        assert set(files) <= set(rules[name].input), name
+    assert list(rules["verdict"].params.seed_sets) in (
+        ["results/seed_sets.nc"],
+        ["paper/evidence/seed_sets.nc"],
+    )
+
+
+def test_every_rule_gives_its_script_what_it_takes(monkeypatch, tmp_path):
+    write_table_template(tmp_path / "fleet.yaml")
     rules = []
     for configs in ([tmp_path / "fleet.yaml"], []):  # that of a table has rules of its own
-        with SnakemakeApi() as api:
-            settings = ResourceSettings(cores=1), ConfigSettings(configfiles=configs)
-            workflow = api.workflow(*settings, snakefile=Path("Snakefile"))._workflow
+        workflow = loaded(monkeypatch, tmp_path, *configs)
         rules += [rule for rule in workflow.rules if rule.script]
     for rule in rules:
         named = [*rule.input.keys(), *rule.output.keys(), *rule.params.keys()]

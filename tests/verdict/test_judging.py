@@ -24,7 +24,7 @@ from pneumo.verdict.claims import READ_OFF, read_claims
 from pneumo.verdict.comparison import Comparison
 from pneumo.verdict.judging import STATUSES, Judge, _exact_as, facts, statuses_text, verdict
 from pneumo.verdict.sources import Finding
-from pneumo.verdict.stored_verdict import hashes_behind_verdict, stored_verdict
+from pneumo.verdict.stored_verdict import OF_EVIDENCE, hashes_behind_verdict, stored_verdict
 
 OF_M7 = {"S4.M7_40", "S4.M7_10", "S4.M7_mu", "S4.M7_sigma", "S4.M7_72", "S4.best_choice"}
 
@@ -215,6 +215,19 @@ def test_a_stored_verdict_is_shown_while_nothing_it_was_made_from_changed(result
     assert stored() is not None
     edit(paper / "claims.yaml", "# What the paper claims", "# What it claims")
     assert stored() is None
+
+
+def test_a_verdict_is_outdated_by_new_evidence(tmp_path):
+    def inputs() -> str:
+        return hashes_behind_verdict(tmp_path, tmp_path / "paper", PAPER_2006.module, PAPER_2006.reads)[
+            "inputs_sha256"
+        ]
+
+    seen = {inputs()}
+    for name in OF_EVIDENCE:
+        (tmp_path / name).write_text("another seal")
+        seen.add(inputs())
+    assert len(seen) == 1 + len(OF_EVIDENCE)
 
 
 @pytest.mark.slow

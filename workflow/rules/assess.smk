@@ -29,11 +29,14 @@ rule verdict:
         claims="paper/2006/claims.yaml",
         errata="paper/2006/errata.yaml",
         assumptions="paper/2006/assumptions.yaml",
+        doubts="paper/2006/doubts.yaml",
         seed_deviations="paper/2006/seed_deviations.csv",
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
         figures=expand("paper/2006/published/figure{number}.csv", number=[7, 9, 11]),
         templates=page_templates("verdict.html.j2"),
-        about=["paper/2006/page.yaml", "paper/2006/findings.html.j2", "paper/2006/simulators.json"],
+        about=expand(
+            "paper/2006/{file}", file=["page.yaml", "head.html.j2", "findings.html.j2", "simulators.json"]
+        ),
     output:
         judged="<results>/verdict.json",
         page=report("<results>/verdict.html", caption="../captions/verdict.rst", category="Pages"),
@@ -41,6 +44,7 @@ rule verdict:
         "<results>/logs/verdict.log",
     params:
         name="2006",
+        seed_sets=fingerprints(evidence_for(RESULTS, STUDY, "seed_sets.nc")),  # as input: the whole ensemble
         code_now=code_now("assumptions.nc", "power.nc"),
         code=code_behind("verdict.py", "pneumo.papers.paper_2006.paper"),
     message:
