@@ -75,8 +75,16 @@ def loaded(monkeypatch, cache, *configs):
         return api.workflow(*settings, snakefile=Path("Snakefile"))._workflow
 
 
+OF_2006 = {
+    name: f"paper/2006/published/{name}.csv" for name in ("table2", "table4", "table5", "table7", "table9")
+}
 READ = {  # by rules, without an argument of that name
     "verdict": ["paper/2006/doubts.yaml", "paper/2006/head.html.j2"],
+    "figures": [OF_2006["table7"], OF_2006["table9"]]
+    + [f"paper/2006/published/figure{figure}.csv" for figure in ("7_traces", "9", "10", "11")],
+    "simulated_example": [OF_2006["table2"], OF_2006["table4"]],
+    "verdict_2007": ["paper/2007/published/quoted.csv"],
+    "identification": [OF_2006["table5"]],
 }
 
 
@@ -84,6 +92,7 @@ def test_rules_list_the_printed_tables_and_texts_that_their_scripts_read(monkeyp
     rules = {rule.name: rule for rule in loaded(monkeypatch, tmp_path).rules}
     for name, files in READ.items():
         assert set(files) <= set(rules[name].input), name
+    assert OF_2006["table7"] not in rules["identification"].input
     assert list(rules["verdict"].params.seed_sets) in (
         ["results/seed_sets.nc"],
         ["paper/evidence/seed_sets.nc"],

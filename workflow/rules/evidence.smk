@@ -120,7 +120,7 @@ rule power:
 rule identification:
     input:
         parameters=rules.parameters.output[0],
-        published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 9]),
+        published="paper/2006/published/table5.csv",
     output:
         estimates="<results>/identification.nc",
     log:
@@ -129,7 +129,7 @@ rule identification:
     params:
         code=code_behind("identification.py"),
     message:
-        "Identification of M, k_f, stop, amplitudes and signal sampling from Tables 5, 7 and 9"
+        "Identification of M, k_f, stop and ends of settling runs from Table 5"
     script:
         "../scripts/identification.py"
 

@@ -31,6 +31,10 @@ rule figures:
         datum=f"<results>/datum/{shown('traces', STUDY.experiments)}.nc",
         cells=rules.replay.output,
         statistics=rules.statistics.output,
+        published=expand(
+            "paper/2006/published/{name}.csv",
+            name=["table7", "table9", "figure7_traces", "figure9", "figure10", "figure11"],
+        ),
     output:
         svg=report(
             expand("<results>/figures/{name}.svg", name=FIGURES),

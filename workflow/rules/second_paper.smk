@@ -9,6 +9,7 @@ rule simulated_example:
         published=expand(
             "paper/2007/published/{name}.csv", name=["table2", "table3", "table4", "table5", "quoted"]
         ),
+        studied=expand("paper/2006/published/table{number}.csv", number=[2, 4]),
     output:
         response="<results>/2007/example.nc",
         coefficients="<results>/2007/coefficients.nc",
@@ -31,6 +32,7 @@ rule verdict_2007:
         errata="paper/2007/errata.yaml",
         assumptions="paper/2007/assumptions.yaml",
         published=expand("paper/2007/published/table{number}.csv", number=range(1, 6)),
+        quoted="paper/2007/published/quoted.csv",
         templates=page_templates("verdict.html.j2"),
         about=["paper/2007/page.yaml", "paper/2007/findings.html.j2"],
     output:
