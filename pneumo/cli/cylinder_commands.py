@@ -152,7 +152,9 @@ def _report(
         console.print(note, markup=False)
     for name, e in chosen.experiments.items():
         console.print(f"{name}: {regime_text(e)}", markup=False)
-    commands = [next_command(answer, configured, files) for answer in of_cylinders]
+    # With several k_0 the command names that of the first experiment: of one that was studied.
+    ordered = configured._replace(experiments={**chosen.experiments, **configured.experiments})
+    commands = [next_command(answer, ordered, files) for answer in of_cylinders]
     for answer in of_cylinders:
         for table in study_tables(answer):
             console.print(table)

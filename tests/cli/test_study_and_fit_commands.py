@@ -31,6 +31,14 @@ def test_init_then_study(inside, tmp_path):
     assert code == 0 and "mine: open, 1 runs each" in out and (tmp_path / "one" / "study.nc").exists()
 
 
+def test_the_command_that_follows_names_the_k_0_of_what_was_studied(inside, tmp_path):
+    inside("init")
+    other = "experiments: {closed: {k_0_W_per_K: 0.5, signal: {kind: steps, levels: [1, -1], hold_s: 0.1}}}\n"
+    (tmp_path / "quick.yaml").write_text(QUICK + other)
+    code, out, _ = inside("study", "cylinder.yaml", "quick.yaml", "--experiment", "closed")
+    assert code == 0 and "Next: pneumo export " in out and " --k0 0.5 " in out
+
+
 def test_a_configuration_begins_with_another_as_it_is_if_it_is_one(inside, tmp_path):
     text = "# found\n" + (ROOT / "config/paper.yaml").read_text(encoding="utf-8")
     (tmp_path / "fitted.yaml").write_text(text, encoding="utf-8")
