@@ -39,7 +39,7 @@ def hashes_without_seal(files: Iterable[Path]) -> str:
 
 def manifest(results: Path) -> dict[Path, str]:
     """SHA-256 of each page, figure and table when it was made, from the logs of the jobs."""
-    logs = sorted(results.glob("logs/*.log"), key=lambda log: log.stat().st_mtime)
+    logs = sorted(results.glob("logs/**/*.log"), key=lambda log: log.stat().st_mtime)
     lines = (
         line for log in logs for line in LISTED.findall(log.read_text(encoding="utf-8", errors="replace"))
     )
@@ -72,7 +72,7 @@ def changed(results: Path) -> list[DamagedError]:
 def without_hash(results: Path) -> list[Path]:
     """Files of results whose SHA-256 is neither in themselves nor in a log; logs and README are left out."""
     known = {*sealed_files(results), *manifest(results), results / "README.md"}
-    files = {file for file in results.rglob("*") if file.is_file() and file.parent != results / "logs"}
+    files = {f for f in results.rglob("*") if f.is_file() and not f.is_relative_to(results / "logs")}
     return sorted(files - known)
 
 

@@ -141,7 +141,9 @@ def test_verify_names_what_it_cannot_check(inside, tmp_path):
     folder = tmp_path / "results"
     (folder / "logs").mkdir(parents=True)
     write_json('{\n "name": "test"\n}\n', folder / "parameters.json")
-    for name in ("README.md", "logs/datum.log", "bench.json", *(f"mine{number}.txt" for number in range(5))):
+    (folder / "logs/study").mkdir()
+    logs = ("logs/datum.log", "logs/study/D.log")
+    for name in ("README.md", *logs, "bench.json", *(f"mine{number}.txt" for number in range(5))):
         (folder / name).write_text("mine")
     code, out, _ = inside("paper", "verify")
     names = "6 files: bench.json, mine0.txt, mine1.txt, mine2.txt, mine3.txt, ..."
