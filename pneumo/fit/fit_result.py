@@ -1,7 +1,7 @@
 """Result of a fit: estimates of several models, notes and warnings, and their file."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import shorten
 from types import MappingProxyType
@@ -20,6 +20,12 @@ from pneumo.storage.files import attributes, write
 
 Light = Literal["green", "yellow", "red"]  # of a parameter: determined, to be checked, not determined
 VAGUE, ROUGH = 3.0, 1.5  # upper over lower end of an interval that says little, and of one to be checked
+# The same of a parameter that may be zero: the fractions of its search that those ratios are of k_0's search.
+VAGUE_PART, ROUGH_PART = 0.14, 0.05
+# Interval over the one that the configuration states, above which the record adds little: alone it would give
+# an interval over 4/3 times as wide as the configuration's (1 / 0.8^2 - 1 = 0.75^2).
+OF_STATED = 0.8
+ADDS_LITTLE = "the record adds little to the stated accuracy"
 FIRST_WORDS = 48  # characters by which a table names a warning
 AS_GOOD = 1.05  # error on the part held out over the lowest, up to which models are equally good
 
@@ -85,16 +91,47 @@ def first_words(text: str) -> str:
     return shorten(text, FIRST_WORDS, placeholder=" ...")
 
 
-def light(name: str, interval: Interval, doubted: bool) -> Light:
-    """Light of a parameter by the width of its interval; "green" only if the parameter is not `doubted`.
+class Reference(NamedTuple):
+    """Widths with which a parameter's interval is compared, on the scale of its search."""
 
-    An interval with an open end is "red", but a search that begins at zero needs no lower end.
+    searched: float = np.inf  # between the bounds of the search
+    stated: float = np.inf  # of the interval that the configuration states, if it is fitted within that
+
+
+NO_REFERENCE = Reference()
+
+
+def _width(name: str, interval: Interval) -> float:
+    """Width of an interval on the scale of the search; infinite if an end is open.
+
+    A search that begins at zero needs no lower end.
     """
     search, (_, low, high) = PARAMETERS[name].search, interval
-    if not np.isfinite(high) or not (np.isfinite(low) or search.low == 0):
+    low = 0.0 if search.low == 0 and np.isnan(low) else low
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return np.inf
+    return float(np.log(high / low)) if search.logarithmic else high - low
+
+
+def adds_little(name: str, interval: Interval, reference: Reference) -> bool:
+    """Whether the record says hardly more of a parameter than the accuracy that the configuration states."""
+    return bool(OF_STATED * reference.stated < _width(name, interval) < np.inf)
+
+
+def light(name: str, interval: Interval, doubted: bool, reference: Reference = NO_REFERENCE) -> Light:
+    """Light of a parameter by the width of its interval; "green" only if the parameter is not `doubted`.
+
+    An interval with an open end is "red". A parameter that is fitted within a stated accuracy is known that
+    well in any case: it is "yellow" where the record adds little, or where the interval would be red else.
+    """
+    width = _width(name, interval)
+    if not np.isfinite(width):
         return "red"
-    ratio = high / low if search.logarithmic else 1.0
-    return "red" if ratio > VAGUE else "yellow" if doubted or ratio > ROUGH else "green"
+    limits = VAGUE_PART * reference.searched, ROUGH_PART * reference.searched
+    vague, rough = np.log([VAGUE, ROUGH]) if PARAMETERS[name].search.logarithmic else limits
+    if np.isfinite(reference.stated):
+        return "yellow" if doubted or width > min(OF_STATED * reference.stated, vague) else "green"
+    return "red" if width > vague else "yellow" if doubted or width > rough else "green"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +144,7 @@ class FitResult:
     held_out_from: float  # s, time of the last sample that was fitted
     of_rig: tuple[str, ...] = ()  # those warnings that concern the rig, and not a reduced model alone
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
+    references: Mapping[str, Reference] = field(default_factory=dict)  # of the full order's parameters
 
     title: ClassVar = "Reduced models fitted to a measurement"
     modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.measurement_fit",)  # that made it
@@ -165,25 +203,31 @@ class FitResult:
     def lights(self) -> dict[str, Light]:
         """Lights of the full order's parameters, by name; empty if the full order was not fitted.
 
-        Red: the interval has an open end or is very wide. Yellow: it is wide, or a warning of the rig
-        concerns the parameter.
+        Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
+        configuration states, or a warning of the rig concerns the parameter.
         """
         return {
-            name: light(name, interval, bool(self._doubts(name))) for name, interval in self._rig().items()
+            name: light(name, interval, bool(self._doubts(name)), self.reference(name))
+            for name, interval in self._rig().items()
         }
+
+    def reference(self, name: str) -> Reference:
+        """Widths with which the interval of a parameter of the full order is compared."""
+        return self.references.get(name, NO_REFERENCE)
 
     @property
     def reasons(self) -> dict[str, str]:
         """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
         reasons: dict[str, str] = {}
         for name, interval in self._rig().items():
-            alone = light(name, interval, doubted=False)
+            alone = light(name, interval, doubted=False, reference=self.reference(name))
             if alone == "red":
                 reasons[name] = "open or too wide an interval"
             elif doubts := self._doubts(name):
                 reasons[name] = first_words(doubts[0])
             elif alone == "yellow":
-                reasons[name] = "wide interval"
+                little = adds_little(name, interval, self.reference(name))
+                reasons[name] = ADDS_LITTLE if little else "wide interval"
         return reasons
 
     def _rig(self) -> dict[str, Interval]:

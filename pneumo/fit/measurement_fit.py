@@ -31,7 +31,7 @@ from pneumo.fit.fit_problem import (
     replayed_pressures,
     with_causes,
 )
-from pneumo.fit.fit_result import Estimate, FitResult, equally_good, fit_data
+from pneumo.fit.fit_result import Estimate, FitResult, Reference, equally_good, fit_data
 from pneumo.fit.fit_warnings import (
     DISTRUST,
     bounds_of_reduced,
@@ -162,7 +162,16 @@ def fit_measurement(
         warnings=tuple(warnings),
         held_out_from=float(measurement.t[split]),
         of_rig=tuple(of_rig),
+        references=references(problem, known),
     )
+
+
+def references(problem: Problem, known: Accuracy) -> dict[str, Reference]:
+    """Widths with which the intervals of a problem's parameters are compared, on the scale of the search."""
+    low, high = problem.bounds()
+    stated = {name: 2 * getattr(known, name) for name in problem.priors if name not in problem.also}
+    searched = dict(zip(problem.names, (high - low).tolist(), strict=True))
+    return {name: Reference(width, stated.get(name, np.inf)) for name, width in searched.items()}
 
 
 def _full_order(

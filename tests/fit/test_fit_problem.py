@@ -17,7 +17,9 @@ from pneumo.fit.fit_problem import (
     si_value,
     with_causes,
 )
+from pneumo.fit.fit_result import Reference
 from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES
+from pneumo.fit.measurement_fit import references
 from pneumo.fit.stage_signals import stage_signals
 from pneumo.physics.models import MODELS
 
@@ -67,6 +69,17 @@ def test_a_parameter_on_a_bound_is_named_unless_it_begins_at_zero(plant):
         i = problem.names.index("k_0")
         theta[i] = high[i] - part * (high[i] - low[i])
         assert problem.at_bound(theta) == reached
+
+
+def test_an_interval_is_compared_with_the_search_and_with_what_is_stated(plant):
+    known = accuracy()._replace(T_in=3.0, exhaust=0.05)
+    prior = priors(plant, problem_of(plant).signals, known, 700.0)
+    widths = references(problem_of(plant, priors=prior, also=("P_s",)), known)
+    c = plant.conditions
+    assert widths["null"] == Reference(pytest.approx(0.2 * plant.valve.u_max), np.inf)
+    assert widths["T_in"] == Reference(pytest.approx(0.45 * c.T_in), 6.0)
+    assert widths["exhaust"] == Reference(pytest.approx(np.log(25)), 0.1)
+    assert widths["P_s"].stated == np.inf  # fitted freely
 
 
 def test_a_prior_holds_its_parameter_unless_that_is_fitted_freely(plant):

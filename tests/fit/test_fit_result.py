@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from pneumo.fit.fit_result import (
+    ADDS_LITTLE,
     Estimate,
     FitResult,
     FitWarning,
+    Reference,
     equally_good,
     first_words,
     fit_data,
@@ -19,7 +21,7 @@ from pneumo.fit.record.measurement import Measurement
 from pneumo.statistics.intervals import Interval
 
 NONE = np.zeros((2, 0))
-PARAMETERS = ("k_0", "k_xu", "V_d_A", "lag", "start_A")
+PARAMETERS = ("k_0", "k_xu", "V_d_A", "lag", "T_in", "start_A")
 
 
 def model(values, error, *, factor=1.1, at_bound=(), **more):
@@ -52,6 +54,36 @@ def test_an_open_end_is_red_but_a_search_from_zero_needs_no_lower_one():
     assert light("lag", Interval(1e-3, np.nan, 2e-3), False) == "green"
     assert light("lag", Interval(1e-3, 0.0, np.nan), False) == "red"
     assert light("dead_time", Interval(1e-3, np.nan, 2e-3), False) == "red"  # it may be negative
+
+
+@pytest.mark.parametrize(
+    ("name", "half", "reference", "colour"),
+    [
+        ("T_in", 3.3, Reference(131.0, 6.0), "yellow"),  # as wide as the configuration says
+        ("T_in", 2.5, Reference(131.0, 6.0), "yellow"),
+        ("T_in", 2.3, Reference(131.0, 6.0), "green"),
+        ("P_s", 13e3, Reference(1.39, 0.04), "yellow"),  # 2 % of 650 kPa
+        ("P_s", 5e3, Reference(1.39, 0.04), "green"),
+        ("b", 0.3, Reference(0.78, 1.0), "yellow"),  # narrower than stated, but red without that
+        ("b", 0.3, Reference(0.78), "red"),
+        ("null", 0.04, Reference(2.0), "green"),  # 5 % of the range is 0.1 V, 14 % is 0.28 V
+        ("null", 0.06, Reference(2.0), "yellow"),
+        ("null", 0.15, Reference(2.0), "red"),
+    ],
+)
+def test_what_may_be_zero_is_judged_by_its_search_and_what_is_configured_by_its_accuracy(
+    name, half, reference, colour
+):
+    value = {"T_in": 293.0, "P_s": 650e3, "b": 0.35, "null": 0.0}[name]
+    interval = Interval(value, value - half, value + half)
+    assert light(name, interval, False, reference) == colour
+    assert light(name, interval, True, reference) == ("yellow" if colour == "green" else colour)
+
+
+def test_a_line_says_where_the_record_adds_little_to_the_configuration():
+    fits = {"full": model({"T_in": 293.0, "k_0": 0.5}, 500.0, factor=1.01)}
+    fit = result(fits, references={"T_in": Reference(131.0, 6.0)})
+    assert fit.lights["T_in"] == "yellow" and fit.reasons == {"T_in": ADDS_LITTLE}
 
 
 def test_models_within_5_percent_of_the_best_are_equally_good():

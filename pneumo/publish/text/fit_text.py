@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pneumo.fit.fit_result import ClosedChambersResult, FitResult, light, rms_of_chambers
+from pneumo.fit.fit_result import ClosedChambersResult, FitResult, adds_little, light, rms_of_chambers
 from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
 from pneumo.publish.text.formatting import KILO
 
@@ -67,12 +67,14 @@ def misfit_text(fit: FitResult) -> str:
 def next_experiments(fit: FitResult) -> list[str]:
     """At most `MOST_ADVICE` lines of advice: those that would determine most parameters with wide intervals.
 
-    A parameter that is not green only because of a warning has no line: the warning says what to do.
+    A parameter that is not green only because of a warning has no line: the warning says what to do. Nor has
+    one of which the record adds little to the stated accuracy: it is known that well.
     """
     settled: dict[str, dict[str, int]] = {}  # by advice: parameters, a red one counts twice
     for name, interval in fit.estimates(FULL_ORDER).items() if fit.lights else ():
-        weight = {"green": 0, "yellow": 1, "red": 2}[light(name, interval, doubted=False)]
-        if name not in fit.lights or not weight:
+        reference = fit.reference(name)
+        weight = {"green": 0, "yellow": 1, "red": 2}[light(name, interval, False, reference)]
+        if name not in fit.lights or not weight or adds_little(name, interval, reference):
             continue
         if experiment := EXPERIMENTS.get(PARAMETERS[name].group):
             settled.setdefault(experiment, {})[name] = weight
