@@ -158,7 +158,7 @@ def _report(
     for answer in of_cylinders:
         for table in study_tables(answer):
             console.print(table)
-        for reason in answer.ranking.left_out:
+        for reason in dict.fromkeys(answer.ranking.left_out):  # once, where all runs are the same
             console.print(f"Left out: {reason}.", markup=False)
     for sentences in kept_sentences():
         console.print(sentences, markup=False)

@@ -93,10 +93,10 @@ def test_texts_are_escaped():
     cells = made()
     cells["run_status"][:] = 1
     answer = answered(cells)
-    answer = answer._replace(ranking=answer.ranking._replace(left_out=("<b>&",)), reason="<i>")
+    answer = answer._replace(ranking=answer.ranking._replace(left_out=("<b>&", "<b>&")), reason="<i>")
     mine: Study = STUDY._replace(name="<script>", experiments={"X": STUDY.experiments["E06"]})
     page = study_page(mine, cells, [answer])
-    assert "<b>&" not in page and "&lt;b&gt;&amp;" in page and "&lt;i&gt;" in page
+    assert "<b>&" not in page and page.count("&lt;b&gt;&amp;") == 1 and "&lt;i&gt;" in page
     assert "<script>" not in page and "<img" not in page
 
 
