@@ -50,6 +50,14 @@ GUESSES = {  # names of columns in other laboratories, in small letters and digi
 TIME = ("time", "zeit", "x_value")  # names of t that instruments write
 
 
+def pressure_unit(text: str) -> tuple[str, bool]:
+    """Unit of a pressure, and whether it is a gauge pressure: `bar` and True for `barg` and `bar(g)`."""
+    unit = plain_unit(text)
+    if unit.endswith(GAUGE):
+        return unit.removesuffix(GAUGE).strip(), True
+    return (unit[:-1], True) if unit.endswith("g") and unit[:-1] in PRESSURE else (unit, False)
+
+
 class Column(BaseModel):
     """Column of a file that holds a quantity, and its unit there."""
 
@@ -66,10 +74,8 @@ class Column(BaseModel):
         `InputError` if the quantity has no such unit.
         """
         unit, units = plain_unit(self.unit), UNITS[quantity]
-        if units is PRESSURE and unit.endswith("g") and unit[:-1] in units:  # barg, psig
-            unit = f"{unit[:-1]}{GAUGE}"
-        gauge = unit.endswith(GAUGE) and units is PRESSURE
-        factor = units.get(unit.removesuffix(GAUGE).strip() if gauge else unit)
+        plain, gauge = pressure_unit(unit) if units is PRESSURE else (unit, False)
+        factor = units.get(plain)
         if factor is None:
             problem = f"unknown unit {printable(unit, 20)!r}" if unit else "no unit in the header"
             allowed = ", ".join([*units, *(["bar(g)"] if units is PRESSURE else [])])

@@ -162,7 +162,8 @@ def read_measurement(
             f" {proposed_mapping(names, units, columns, needed)}"
         )
     values: dict[str, np.ndarray] = {}
-    samples = Samples(path, first_line, values)
+    read_in = {quantity: column.unit for quantity, column in columns.items()}
+    samples = Samples(path, first_line, values, read_in)
     notes: list[str] = []
     for quantity, column in columns.items():
         name = column.column
@@ -193,7 +194,6 @@ def read_measurement(
     P = np.array([values["P_A"], values["P_B"]])
     m = np.array([values[name] for name in FLOWS]) if measured_flow else None
     x, v, u, P_s = values["x"], values.get("v"), values["u"], values.get("P_s")
-    units = {quantity: column.unit for quantity, column in columns.items()}
     return Measurement(
         name=str(path),
         period=period,
@@ -206,7 +206,7 @@ def read_measurement(
         m=m,
         closed=closed,
         P_s=P_s,
-        units=units,
+        units=read_in,
     )
 
 

@@ -1,14 +1,15 @@
 """Checks of a measurement's columns: errors for what is impossible, notes for what is unlikely."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fit.record.columns import PRESSURE
+from pneumo.fit.record.columns import PRESSURE, pressure_unit
 
 PERIODS = (1e-5, 0.1)  # s, between samples of a cylinder at work: its chambers fill within a second
 PERIODS_CLOSED = (1e-5, 10.0)  # of closed chambers, which settle within minutes
@@ -17,6 +18,8 @@ TO_AND_FRO = 0.2  # of half the stroke, that a piston moves both ways
 UNEVEN = 1e-3  # deviation from a uniform grid, in periods, that is negligible
 SUPPLY = (0.4, 1.6)  # of the configured supply pressure, between which a measured one is possible
 OF_SUPPLY = 1.3  # measured pressure over the supply's that is possible
+COMMON = ("kPa", "bar", "Pa", "MPa", "mbar", "hPa", "psi")  # units, tried in this order
+LEAST_GAUGE = 0.2  # of the atmosphere, that a gauge pressure reaches if another unit is right
 TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
 AVERAGING = 0.02  # s, over which noise is small beside the motion of the piston
 
@@ -27,6 +30,7 @@ class Samples(NamedTuple):
     path: Path
     first_line: int  # of the first sample, or 0 where the file has no lines
     values: dict[str, np.ndarray]
+    units: Mapping[str, str] = MappingProxyType({})  # in which columns were read, by quantity; else SI
 
     def refuse(self, bad: np.ndarray, quantity: str, problem: Callable[[int, int], str]) -> None:
         """Raise an `InputError` that names the first bad sample, if any sample is bad.
@@ -130,16 +134,18 @@ def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> 
     """Notes on a pressure; `InputError` if supply and atmosphere do not allow it."""
     path, P, c = samples.path, samples.values[name], plant.conditions
     top, low = float(np.percentile(P, 99)), float(np.percentile(P, 1))
-    for unit, scale in PRESSURE.items():
-        for factor in (scale, 1 / scale):
-            fits = 0.5 * c.P_atm < top * factor < OF_SUPPLY * c.P_s and low * factor > 0.5 * c.P_atm
-            wrong = top > TOO_LARGE * c.P_s or top < c.P_atm / TOO_LARGE
-            if factor != 1 and wrong and fits:
-                right, wrong_unit = (unit, "Pa") if factor > 1 else ("Pa", unit)
+    unit, gauge = pressure_unit(samples.units.get(name, "Pa"))
+    zero = c.P_atm if gauge else 0.0
+    if top > TOO_LARGE * c.P_s or top < c.P_atm / TOO_LARGE:
+        for other in COMMON:
+            factor = PRESSURE[other] / PRESSURE[unit]
+            least, most = (zero + factor * (end - zero) for end in (low, top))
+            idle = gauge and most < (1 + LEAST_GAUGE) * c.P_atm
+            if 0.5 * c.P_atm < least and most < OF_SUPPLY * c.P_s and not idle:
                 raise InputError(
                     f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, but only {c.P_atm:.4g}"
-                    f" (atmosphere) to {c.P_s:.4g} (supply) is possible: is its unit {right},"
-                    f" not {wrong_unit} (a factor of {max(factor, 1 / factor):g})?"
+                    f" (atmosphere) to {c.P_s:.4g} (supply) is possible: it was read in {unit}; is it in"
+                    f" {other} (a factor of {max(factor, 1 / factor):.6g})?"
                 )
     rest = "must be absolute; a gauge's unit is written bar(g)"
     below = f"Pa is far below the atmosphere's {c.P_atm:.4g} Pa: {rest}"

@@ -107,8 +107,11 @@ def supply():
         (lambda: changed("t_s", table()["t_s"] + (np.arange(len(known().u)) > 499)), ["line 502", "gap"]),
         (lambda: changed("t_s", table()["t_s"], "t_h"), ["unknown unit 'h'"]),
         (lambda: changed("t_s", table()["t_s"], "t"), ["no unit"]),
-        (lambda: changed("P_A_kPa", known().P[0] / 1e3, "P_A_Pa"), ["column P_A", "its unit kPa, not Pa"]),
-        (lambda: changed("P_A_kPa", known().P[0]), ["column P_A", "its unit Pa, not kPa"]),
+        (
+            lambda: changed("P_A_kPa", known().P[0] / 1e3, "P_A_Pa"),
+            ["column P_A", "read in Pa; is it in kPa"],
+        ),
+        (lambda: changed("P_A_kPa", known().P[0]), ["column P_A", "read in kPa; is it in Pa"]),
         (lambda: changed("P_A_kPa", 0 * known().P[0]), ["column P_A", "absolute"]),
         (lambda: changed("x_mm", 1e3 * (known().x + half())), ["outside the stroke", "--x-from end"]),
         (lambda: changed("u_V", 0 * known().u + 1), ["column u", "every sample"]),

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from pneumo.errors import InputError
-from pneumo.fit.record.plausibility import Samples, check_signals, check_time, check_velocity
+from pneumo.fit.record.columns import PRESSURE
+from pneumo.fit.record.plausibility import COMMON, Samples, check_signals, check_time, check_velocity
 
 SAMPLES = 200
 T = 1e-3 * np.arange(SAMPLES)
@@ -216,17 +217,17 @@ def test_one_sample_in_a_hundred_may_be_odd_and_not_three_in_two_hundred(plant):
     ("P_s", "low", "high", "said"),  # in Pa; half of the samples are low, half high
     [
         # In kPa: a chamber at the atmosphere by a sensor that reads 5 to 10 % less, one above the supply.
-        (7e5, 90.0, 95.0, "is its unit kPa, not Pa"),
-        (7e5, 120.0, 840.0, "is its unit kPa, not Pa"),
-        (7e5, 2.5e3, 7e3, "is its unit hPa, not Pa"),
+        (7e5, 90.0, 95.0, "read in Pa; is it in kPa"),
+        (7e5, 120.0, 840.0, "read in Pa; is it in kPa"),
+        (7e5, 2.5e3, 7e3, "read in Pa; is it in mbar"),
         # At 60 bar, a hundredth of some pressures is possible as well as these.
         (6e6, 5.2e6, 5.8e6, ""),
         (6e6, 6.0e6, 7.2e6, ""),
         (6e6, 7.0e6, 1.5e7, "far above the supply's"),
-        (6e6, 7.0e6, 2.1e7, "is its unit Pa, not hPa"),
+        (6e6, 7.0e6, 2.1e7, "far above the supply's"),  # no unit is below Pa
         (6e6, 6.5e4, 7.0e4, "below the atmosphere: is it absolute"),
         (6e6, 3.8e4, 4.0e4, "is far below the atmosphere's"),
-        (6e6, 2.8e4, 3.0e4, "is its unit hPa, not Pa"),
+        (6e6, 2.8e4, 3.0e4, "read in Pa; is it in mbar"),
     ],
 )
 def test_another_unit_is_asked_about_only_where_it_would_be_right(plant, P_s, low, high, said):
@@ -240,15 +241,31 @@ def test_another_unit_is_asked_about_only_where_it_would_be_right(plant, P_s, lo
     assert said in text and bool(text) == bool(said)
 
 
+def test_every_unit_of_a_pressure_is_tried():
+    assert {*COMMON} == {*PRESSURE}
+
+
 @pytest.mark.parametrize(
-    ("scale", "named"),  # what the numbers are multiplied by, and the unit that they then have
-    [(1e-3, "kPa, not Pa (a factor of 1000)"), (1e-5, "bar, not Pa (a factor of 100000)")],
+    ("header", "truth", "factor"),
+    [
+        *(("Pa", "kPa", 1e3), ("Pa", "bar", 1e5), ("kPa", "bar", 100), ("kPa", "Pa", 1e3)),
+        *(("bar", "kPa", 100), ("bar", "Pa", 1e5), ("bar(g)", "kPa", 100), ("barg", "kPa", 100)),
+        *(("MPa", "bar", 10), ("bar(g)", "mbar", 1000), ("psi", "Pa", 6894.76)),
+    ],
 )
-def test_a_pressure_in_another_unit_is_asked_about_with_the_factor(plant, scale, named):
-    text = refusal(check, plant, P_B=scale * signals(plant)["P_B"])
-    assert f"is its unit {named}?" in text
-    text = refusal(check, plant, P_B=signals(plant)["P_B"] / scale)
-    assert f"is its unit Pa, not {named.split(',')[0]} (a factor of {round(1 / scale)})?" in text
+def test_a_pressure_in_another_unit_is_asked_about_with_the_headers_unit(plant, header, truth, factor):
+    unit = header.removesuffix("(g)").removesuffix("g")
+    zero = 0.0 if unit == header else plant.conditions.P_atm
+    P = zero + PRESSURE[unit] / PRESSURE[truth] * (signals(plant)["P_B"] - zero)
+    columns = samples(**signals(plant, P_B=P))._replace(units={"P_B": header})
+    text = refusal(check_signals, columns, plant, False)
+    assert text.endswith(f"it was read in {unit}; is it in {truth} (a factor of {factor:g})?")
+
+
+def test_a_vented_chamber_by_a_gauge_is_in_no_other_unit(plant):
+    P = plant.conditions.P_atm + np.abs(signals(plant)["u"])
+    columns = samples(**signals(plant, P_B=P))._replace(units={"P_B": "bar(g)"})
+    assert check_signals(columns, plant, False) == []
 
 
 @pytest.mark.parametrize("supply", [0.99, 1.0])  # over the atmosphere
