@@ -14,7 +14,6 @@ from pneumo.papers.paper_2006.equation_checks import GAMMA, P_0, P_ATM, P_S, SON
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import read_table, table7, table9
 from pneumo.papers.paper_2006.setup_checks import WITH_N
-from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Valve, chamber_flows, exact_gas, sonic_coefficient
 from pneumo.verdict.errata import Proof
 from pneumo.verdict.published import half_unit
@@ -68,14 +67,6 @@ def P_0_ratio() -> tuple[bool, str]:
     misses = all(abs(ratio - 0.8077) > half for ratio in ratios[287.0])
     words = ", ".join(f"{printed:.5f} at R = {air:g}" for air, (_, printed) in ratios.items())
     return same and misses, f"exact law {exact[0]:.6f}; with 0.0404: {words}"
-
-
-def P_s_condition() -> tuple[bool, str]:
-    """P_0 / P_s by the exact law is the same for every P_s from 2.344 P_atm on, and differs below."""
-    gas = exact_gas(R, GAMMA)
-    ratios = {r: equilibrium_pressure(r * P_ATM, P_ATM, gas) / (r * P_ATM) for r in (2.3, 2.344, 3.6)}
-    words = ", ".join(f"{ratio:.6f} at {r:g} P_atm" for r, ratio in ratios.items())
-    return abs(ratios[2.344] - ratios[3.6]) < 1e-6 < abs(ratios[2.3] - ratios[3.6]), words
 
 
 def eq2_areas() -> tuple[bool, str]:
