@@ -125,14 +125,30 @@ def from_kept_files() -> Numbers:
     }
 
 
-def missed_in_tables(verdict: dict[str, Any]) -> dict[str, str]:
-    """Missed cells of Tables 7 to 9, and the chi-square of the last."""
-    missed = [item["table"] for item in verdict["items"] if item["status"] == "missed"]
-    (of_9,) = (row["meant"] for row in verdict["highlights"]["fit"]["tables"] if row["table"] == "Table 9")
-    return {
-        "missed_of_tables": f"{sum(table in (7, 8, 9) for table in missed)}",
-        "chi_square_9": f"{of_9['chi_square']:.0f} for {of_9['numbers']} numbers",
+def missed(verdict: dict[str, Any]) -> dict[str, str]:
+    """Missed cells of Tables 7 to 9, percentiles and swings, and chi-squares over the spread of seeds."""
+    items = [item for item in verdict["items"] if item["status"] == "missed"]
+    by_table = {row["table"]: row for row in verdict["highlights"]["fit"]["tables"]}
+    of_9, swings = by_table["Table 9"], [item["relative"] for item in items if item["id"].startswith("S1.")]
+    made = {
+        "missed_of_tables": f"{sum(item['table'] in (7, 8, 9) for item in items)}",
+        "chi_square_9": _chi_square(of_9["printed"]),
+        "chi_square_9_meant": _chi_square(of_9["meant"]),
+        "swings_missed": f"{len(swings)}",
+        "swings_by": f"{100 * min(swings):.0f} to {100 * max(swings):.0f} %",
     }
+    for share in ("10", "90"):
+        of_share = by_table[f"{share} % percentiles of Figs 9 and 11"]["meant"]
+        missed_ones = sum(item["id"].endswith(f".p{share}") for item in items)
+        made |= {
+            f"p{share}_missed": f"{missed_ones} of {of_share['numbers']}",
+            f"p{share}_chi_square": _chi_square(of_share),
+        }
+    return made
+
+
+def _chi_square(fit: dict[str, Any]) -> str:
+    return f"{fit['chi_square']:.0f} for {fit['numbers']} numbers"
 
 
 def from_the_study(results: Path) -> Numbers:
@@ -142,7 +158,8 @@ def from_the_study(results: Path) -> Numbers:
     return {
         "table_7": {"table": (results / "table7.md").read_text(encoding="utf-8").strip()},
         "verdict": {kind: verdict[kind] for kind in ("counts", "counts_by_basis", "headline", "near_misses")}
-        | missed_in_tables(verdict),
+        | {"measured": verdict["highlights"]["measured"]}
+        | missed(verdict),
         "which_model": named(which_model.numbers(levels, mse), which_model.tables(levels, mse)),
     }
 

@@ -57,11 +57,12 @@ def answer() -> str:
 def judged() -> str:
     """How many items of both papers agree."""
     verdict, second = NUMBERS["verdict"], read_statuses(ROOT / "paper/2007")
-    counts, free = verdict["counts"], verdict["headline"]["measured"]
+    counts = verdict["counts"]
     of_2007 = _counted(Counter(second.values()))
     return f"""\
-Of {counts["items"]} numbers and statements of 2006: {_counted(counts)}. With no choice made in view of them,
-{free["items"]} facts: {_counted(free)}. Of {len(second)} of the authors' paper of 2007: {of_2007}."""
+Of {counts["items"]} numbers and statements of 2006: {_counted(counts)}. No choice was made in view of
+{_unfitted(verdict["measured"])}.
+Of {len(second)} of the authors' paper of 2007: {of_2007}."""
 
 
 def table_7() -> str:
@@ -71,6 +72,14 @@ def table_7() -> str:
 
 def _counted(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
+
+
+def _unfitted(measured: Mapping[str, Mapping[str, int]]) -> str:
+    turns, others = measured["turns"], measured["others"]
+    return (
+        f"{turns['items']} turning points of one run, Fig. 7 ({_counted(turns)}), and"
+        f" {others['items']} other facts ({_counted(others)})"
+    )
 
 
 def verdict() -> str:
@@ -89,8 +98,8 @@ def verdict() -> str:
 
 {table(["status", "items", *by_basis, "meaning"], [map(str, row) for row in rows])}
 
-With items that state the same fact counted once, no choice was made with {facts["measured"]["items"]}
-facts in view: {_counted(facts["measured"])}.
+With items that state the same fact counted once, no choice was made in view of
+{_unfitted(verdict["measured"])}.
 Constants, rules and setup that the paper leaves open were chosen with {facts["fitted"]["items"]} others
 in view: {_counted(facts["fitted"])}.
 {power} Missed by at most 3 %: {verdict["near_misses"]} of

@@ -21,7 +21,7 @@ from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINEMENT_PAIRS
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import evidence_file
-from pneumo.verdict.judging import Item, Sources, six_digits
+from pneumo.verdict.judging import Item, Sources, counts, facts, six_digits
 from pneumo.verdict.power import NO_MISTAKE
 
 TABLE_NAMES = {
@@ -39,14 +39,21 @@ ORIGINS = ("printed", *STUDY_SAMPLINGS)
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
     """Summary of the verdict: results of the functions below by name.
 
-    All but the scores are None for a study that is not the paper's, or in which an experiment failed.
+    All but scores and counts are None for a study that is not the paper's, or in which an experiment failed.
     """
     published = sources["published"]
-    summary: dict[str, Any] = {"scores": scores(items)}
+    summary: dict[str, Any] = {"scores": scores(items), "measured": measured(items)}
     whole = list(published.study.experiments) == EXPERIMENTS and not published.failures("datum")
     for part in (fit, wrong_row, transport, by_experiment):
         summary[part.__name__] = part(sources) if whole else None
     return summary
+
+
+def measured(items: Sequence[Item]) -> dict[str, dict[str, int]]:
+    """Counts of the facts that nothing was fitted to: turns of the one run of Fig. 7, and all others."""
+    of = facts([item for item in items if item["basis"] == "measured"])
+    turns = [item for item in of if item["id"].startswith("F7.")]
+    return {"turns": counts(turns), "others": counts([item for item in of if item not in turns])}
 
 
 def scores(items: Sequence[Item]) -> dict[str, Any]:
