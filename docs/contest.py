@@ -14,7 +14,12 @@ from pneumo.evidence.random_cylinders.contest_statistics import (
 )
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text, span_text, with_interval
-from pneumo.publish.text.todays_answer import full_over_beforehand, rule_text
+from pneumo.publish.text.todays_answer import (
+    by_mean_error,
+    full_over_beforehand,
+    k_0_in_words,
+    rule_text,
+)
 
 LOOPS = ("open", "closed")
 FULL = {law: f"full order, {law} law" for law in ("true", "constant")}
@@ -158,6 +163,16 @@ def classical_best(contest: xr.Dataset) -> float:
     return float((below & counted).sum() / counted.sum())
 
 
+def lowest_of_all(contest: xr.Dataset) -> float:
+    """Lowest error of all reduced models, n and k_0 told, over the best's of M5 to M10 at the true k_0."""
+    counted = runs_counted(contest)["all"]
+    lowest = np.minimum(
+        contest["mse_without_k_0"].min(("model_without_k_0", "n")),
+        contest["mse_with_k_0"].min(("model_with_k_0", "n", "k_0_told")),
+    )
+    return float(np.exp(np.log(lowest / best_in_hindsight(contest)).where(counted).mean()))
+
+
 def numbers(contest: xr.Dataset) -> dict[str, str]:
     """Numbers of the page by name."""
     known, wrong = _of_cases(contest, True), _of_cases(contest, False)
@@ -175,7 +190,7 @@ def numbers(contest: xr.Dataset) -> dict[str, str]:
         "cylinders": f"{contest.sizes['cylinder']}",
         "full_quotient": span_text(loops.sel(bound="value").values),
         "full_quotient_most": f"{loops.sel(bound='high').max().item():.2f}",
-        "full_quotient_worst": f"{worst['full'].item()} with k_0 told {worst['case_k_0'].item():.2g} times",
+        "full_quotient_worst": f"{worst['full'].item()}, {k_0_in_words(worst['case_k_0'].item())}",
         "full_quotient_wrong_valve": span_text(off.sel(bound="value").values),
         "experiments": f"{contest.sizes['experiment']}",
         "paper_low_worse": f"{int((paper_quotients(contest)[TOLD[LOW]] > 1).sum())}",
@@ -184,6 +199,8 @@ def numbers(contest: xr.Dataset) -> dict[str, str]:
         "wrong_valve_cases": f"{off.sel(bound='high').size}",
         "wrong_valve_not_below": f"{not_below}",
         **turns(contest),
+        "by_mean_error": by_mean_error(contest, HIGH),
+        "lowest_of_all": f"{lowest_of_all(contest):.2f}",
         "full_median_most": f"{max(median_quotients(contest)):.2f}",
         "classical_best": percent_text(classical_best(contest)).removesuffix(" %"),
         "simulated": error_text(BEFOREHAND),

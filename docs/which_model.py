@@ -93,7 +93,7 @@ def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
     M8, mixing = exact.sel(model="M8"), MODEL_PAIRS["M8/M7"]
     return {
         "experiments": f"{exact.sizes['experiment']}",
-        "classical over M5": f"{classical.min().item():.1f}",
+        "classical over M5": f"{np.floor(100 * classical.min().item()) / 100:.2f}",
         "M10 better": f"{(MODEL_PAIRS['M10/M8'].ratio(exact) < 1).sum().item()}",
         "M8/M7 published": geometric(mixing.ratio(mse.sel(transport="published"))),
         "largest": str(M8.idxmax("experiment").item()),

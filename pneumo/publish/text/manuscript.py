@@ -73,9 +73,6 @@ def manuscript_numbers(results: Iterable[Path]) -> dict[str, Any]:
     }
 
 
-ANSWERED_BY = ("contest", "measured_air", "partly_known")  # files behind `todays_answer`
-
-
 def _contest(contest: xr.Dataset, air: xr.Dataset, partly_known: xr.Dataset) -> dict[str, Any]:
     costs = step_costs()
     full, model, polynomial = (costs[row].instructions for row in (FULL_ORDER, "M8", "M8 with a polynomial"))
@@ -137,6 +134,7 @@ def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
         "counts": _texts(counts),
         "by_basis": {basis: _texts(numbers) for basis, numbers in verdict["counts_by_basis"].items()},
         "headline": {basis: _texts(verdict["headline"][basis]) for basis in ("measured", "fitted")},
+        **{group: _texts(numbers) for group, numbers in highlights["measured"].items()},
         "places": str(len(verdict["errata"])),
         "claimed": {key: printed[item] for key, item in CLAIMED.items()},
         "exact": {level: percent_text(quotient) for level, quotient in exact.items()},
