@@ -137,6 +137,13 @@ def fit(
         said.append(text)
         typer.echo(text, err=True)
 
+    if closed in ("A", "B"):
+        choices = {"--json": as_json, "-o": output, "--model": model, "--also": also, "--validate": validate}
+        for option in (option for option, given in choices.items() if given):
+            raise InputError(
+                f"{option}: --closed {closed} only prints k_0 of one chamber's transient; leave {option} out,"
+                " or --closed both"
+            )
     if output is not None:
         context.with_resource(output_folder(output))
     configuration = read_configuration(config, trust)
@@ -153,6 +160,11 @@ def fit(
     measured, part = joined(records, part, MOST_STEPS)
     record_name = ", ".join(file.name for file in measurements)
     other = read_measurement(validate, plant, mapping, from_end=from_end) if validate else None
+    if closed_from and not measured.closed:
+        raise InputError(
+            f"--closed-from {closed_from:g} s: {record_name} is no record of closed chambers; leave it out,"
+            " or --closed A, B or both"
+        )
     for note in measured.notes:
         say(f"note: {note}")
     if closed is not None and closed != "both":

@@ -104,6 +104,25 @@ def test_chambers_closed_after_the_end_of_the_record_are_refused(side, inside, t
     assert code == 2 and "pneumo: --closed-from 10 s: leaves 0 samples" in err
 
 
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (["--closed", "A", "--json"], "--json"),
+        (["--closed", "B", "-o", "fitted"], "-o"),
+        (["--closed", "A", "--model", "M1"], "--model"),
+        (["--closed", "A", "--also", "b"], "--also"),
+        (["--closed", "A", "--validate", "bench.csv"], "--validate"),
+        (["--closed-from", "0.2"], "--closed-from"),
+    ],
+)
+def test_an_option_without_effect_is_refused(options, named, inside, tmp_path):
+    inside("init")
+    write_measurement(tmp_path)
+    code, out, err = inside("fit", "bench.csv", "--config", "cylinder.yaml", "--trust", *options)
+    assert code == 2 and not out and err.startswith(f"pneumo: {named}") and err.count("\n") == 1
+    assert not (tmp_path / "fitted").exists()
+
+
 def write_measurement(path):
     """Write 1.5 s of the template's cylinder at work, off its stops, its pressures with noise."""
     plant = configured_plant(study(load(path / "cylinder.yaml")))
