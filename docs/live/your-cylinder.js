@@ -124,8 +124,22 @@ const study = (() => {
     }
     const needed = {C_dm3_per_sbar: stroke / speed, friction_Ns_per_m: stroke * k_f / force, mass_kg: Math.sqrt(2 * M * stroke / force)};
     const slowest = Object.keys(needed).reduce((one, other) => (needed[other] > needed[one] ? other : one));
-    if (needed[slowest] <= limits.slowest) return null;
-    return implausible(slowest, `a stroke takes ${general(needed[slowest], 3)} s, more than ${general(limits.slowest, 6)} s: the piston cannot move`);
+    if (needed[slowest] > limits.slowest) {
+      return implausible(slowest, `a stroke takes ${general(needed[slowest], 3)} s, more than ${general(limits.slowest, 6)} s: the piston cannot move`);
+    }
+    const swept = A_A * stroke, air = Math.min(A_A, A_B) * (P_s - P_atm);
+    for (const key of ["dead_volume_m3", "dead_volume_B_m3"]) {
+      const times = Number(told[key] ?? 0) / swept;
+      if (times > limits.most_dead) return implausible(key, `${general(times, 3)} times the ${general(swept, 3)} m³ of a stroke; is it in litres?`);
+    }
+    if (air < limits.least_acceleration * M) {
+      return implausible("mass_kg", `the air, ${general(air, 3)} N, accelerates it by ${general(air / M, 3)} m/s² at most; is it in grams?`);
+    }
+    if (Number(told.amplitude_V) > limits.most_volts * given.u_max) {
+      return implausible("amplitude_V", `more than ${general(limits.most_volts, 6)} times u_max_V = ${general(given.u_max, 6)}; is it in mV?`);
+    }
+    if (Number(told.amplitude_mm) <= Number(told.stroke_mm)) return null;
+    return implausible("amplitude_mm", `an amplitude of ${general(Number(told.amplitude_mm), 4)} mm exceeds the stroke, ${general(Number(told.stroke_mm), 6)} mm`);
   };
 
   // One run, in a worker: the module with a plant's constants -> mean square errors [row][n][chamber] and the variance of the pressures.

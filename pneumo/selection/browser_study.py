@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from pneumo.catalogue import coefficient_times_length
+from pneumo.configuration import plausible_cylinders as plausible
 from pneumo.configuration.parameters import DEAD_FRACTION, load, sonic_conductance, study
-from pneumo.configuration.plausible_cylinders import FASTEST, LEAST_MM, REMEDY, SLOWEST
 from pneumo.configuration.schema_messages import BOUNDS, allowed, dotted, schema_at
 from pneumo.export.live import assembled, module
 from pneumo.physics.models import MODELS
@@ -117,7 +117,15 @@ def _layout() -> dict[str, Any]:
         "material": MATERIAL,
         "more_seeds": [FIRST_SEEDS, MORE_SEEDS, MOST_SEEDS],
         "quantiles": [student_quantile(degrees) for degrees in range(1, len(seeds))],
-        "plausible": {"least_mm": LEAST_MM, "fastest": FASTEST, "slowest": SLOWEST, "remedy": REMEDY},
+        "plausible": {
+            "least_mm": plausible.LEAST_MM,
+            "fastest": plausible.FASTEST,
+            "slowest": plausible.SLOWEST,
+            "most_dead": plausible.MOST_DEAD,
+            "least_acceleration": plausible.LEAST_ACCELERATION,
+            "most_volts": plausible.MOST_VOLTS,
+            "remedy": plausible.REMEDY,
+        },
     }
 
 

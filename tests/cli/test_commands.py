@@ -44,7 +44,7 @@ def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_uni
     assert line in out
     assert "exceeds" not in out
     for slip, words in (
-        ("closed_loop: {amplitude_mm: 1500}", "closed: its signal of 1.5 m exceeds half the stroke, 0.08 m"),
+        ("closed_loop: {amplitude_mm: 150}", "closed: its signal of 0.15 m exceeds half the stroke, 0.08 m"),
         ("open_loop: {amplitude_V: 24}", "open: its signal of 24 V exceeds the command's limit, 10 V"),
         (
             "closed_loop: {k_p_V_per_m: 0.1}",

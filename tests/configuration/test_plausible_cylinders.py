@@ -49,6 +49,15 @@ def sources(**changes):
         ({"valve": None, AREA: 7e-13}, f"{AREA} = 7e-13: a stroke takes"),
         ({"valve": None, AREA: 1e-323}, f"{AREA} = 1e-323: a stroke takes inf s"),
         ({"friction_Ns_per_m": 1e6 - 1, "stroke_mm": 500.0}, "friction_Ns_per_m = 999999.0: a stroke takes"),
+        ({"dead_volume_m3": 0.004}, "dead_volume_m3 = 0.004: 50.9 times the 7.85e-05 m³ of a stroke; is"),
+        ({"dead_volume_B_m3": 0.004}, "dead_volume_B_m3 = 0.004: 50.9 times the"),
+        ({"mass_kg": 3000.0}, "mass_kg = 3000.0: the air, 247 N, accelerates it by 0.0823 m/s² at"),
+        ({"open_loop": {"amplitude_V": 800.0}}, "open_loop.amplitude_V = 800.0: more than 10 times u_max_V"),
+        ({"closed_loop": {"amplitude_mm": 1500.0}}, "closed_loop.amplitude_mm = 1500.0: an amplitude of"),
+        (
+            {"closed_loop": {"amplitude_mm": None, "variance_m2": 2.25}},
+            "closed_loop.variance_m2 = 2.25: an amplitude of 1500 mm exceeds the stroke, 160 mm",
+        ),
     ],
 )
 def test_a_cylinder_in_wrong_units_is_one_line_unless_it_is_trusted(changes, words):
@@ -71,12 +80,23 @@ def test_a_cylinder_in_wrong_units_is_one_line_unless_it_is_trusted(changes, wor
             "stroke_mm": 2.5,
             "coulomb_N": 0.1,
             "valve": {"C_dm3_per_sbar": 0.05},
+            "closed_loop": {"amplitude_mm": 0.3},
         },
         {"valve": {"C_dm3_per_sbar": 10.0}},
+        {"dead_volume_m3": 1e-3, "mass_kg": 500.0, "stroke_mm": 160.0},  # a long hose, a carriage on rails
+        {"open_loop": {"amplitude_V": 40.0}, "closed_loop": {"amplitude_mm": 100.0}},
     ],
 )
 def test_unusual_cylinders_are_taken(changes):
     assert checked(sources(**changes)).cylinders["mine"]
+
+
+def test_signals_are_judged_in_the_loops_that_run():
+    wrong = sources(closed_loop={"amplitude_mm": 1500.0}, open_loop={"amplitude_V": 800.0})
+    for loop, words in (("open", "amplitude_V"), ("closed", "amplitude_mm")):
+        content = wrong.content | {"run": {"experiments": [loop]}}
+        (problem,) = implausible(wrong._replace(content=content).validated())
+        assert problem.path[-1] == words
 
 
 def test_the_speed_is_the_one_that_check_prints():

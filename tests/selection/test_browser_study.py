@@ -207,11 +207,12 @@ FIELD_TEXTS = {
     "coulomb_N": one_in("10", "0", "150", "3e3", odd=("nan", "-1")),
     "C_dm3_per_sbar": one_in("1.5", "0.2", "90", "1e-5", odd=("0", "")),
     "b": one_in("0.3", "0.5", odd=("0", "1", "1.5")),
-    "dead_volume_m3": one_in("", "4e-6", odd=("0", "2")),
+    "dead_volume_m3": one_in("", "4e-6", "4e-3", odd=("0", "2")),
     "dead_volume_B_m3": one_in("", "5e-6", odd=("-1",)),
     "k_0_low": one_in("", "0.1", "2e-3", odd=("-1", "9")),
     "k_0_high": one_in("", "0.7", "30", odd=("0.05", "1e5")),
-    "amplitude_V": one_in("0.8", "2", odd=("0", "1e4")),
+    "amplitude_V": one_in("0.8", "2", "800", odd=("0", "1e4")),
+    "amplitude_mm": one_in("15", "100", "1500", odd=("0", "1e4")),
 }
 
 
@@ -228,6 +229,10 @@ def test_fields_are_judged_and_converted_as_by_pneumo_check(tab, tmp_path):
     @example({"C_dm3_per_sbar": "90", "bore_mm": "12.5"})
     @example({"C_dm3_per_sbar": "1e-5"})
     @example({"k_0_low": "9"})
+    @example({"dead_volume_B_m3": "4e-3"})
+    @example({"mass_kg": "3000"})
+    @example({"amplitude_V": "800"})
+    @example({"amplitude_mm": "1500"})
     def same(changed):
         texts = given_texts | changed
         script = (
@@ -251,7 +256,7 @@ def test_fields_are_judged_and_converted_as_by_pneumo_check(tab, tmp_path):
         assert made["critical_ratio"] == plant.gas.critical_ratio
 
     same()
-    assert len(judged) >= 6
+    assert len(judged) >= 10
     assert read_yaml_of(
         tab.page.evaluate("(texts) => study.yaml(texts)", given_texts), tmp_path
     ) == read_yaml(TEMPLATE)
