@@ -1,1 +1,1 @@
-"""Linear models at an operating point: modes, stable steps, observability."""
+"""Linear models at an operating point: modes and stable steps."""
