@@ -4,7 +4,7 @@ Progress goes to the logger `pneumo`: `logging.basicConfig(level="INFO")` shows 
 """
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +20,7 @@ from pneumo.configuration.parameters import accuracy, load, study
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.equations.chamber_rate import model_row
+from pneumo.errors import InputError, printable
 from pneumo.fit.estimate import MOST_STEPS, PART
 from pneumo.fit.fit_result import FitResult
 from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
@@ -128,6 +129,14 @@ class RecordFit:
 
 
 _SAMPLING = {"held": HELD, "linear": INTERPOLATED}
+ORIGINS = ("mid", "end")
+PARTS = (0.2, 0.9)  # of a record, that may be fitted
+
+
+def _check(option: str, value: str, allowed: Iterable[str]) -> None:
+    """Raise `InputError` if a word is none of those allowed."""
+    if value not in allowed:
+        raise InputError(f"{option} = {printable(str(value), 30)!r}: must be one of {', '.join(allowed)}")
 
 
 def _escaped(text: str) -> str:
@@ -166,6 +175,7 @@ def read_record(
     InputError
         If the record cannot be read, or one of its values is impossible.
     """
+    _check("x_from", x_from, ORIGINS)
     plant = configured_plant(study(_configuration(configuration)), cylinder, 1.0)
     return read_measurement(record, plant, columns, from_end=x_from == "end")
 
@@ -194,7 +204,7 @@ def fit(
     command
         Whether the command was held between samples, or changed linearly.
     part
-        Fraction of the record that is fitted; the rest is held out.
+        Fraction of the record that is fitted, 0.2 to 0.9; the rest is held out.
     also
         Names of quantities that are fitted too, without prior knowledge; the table is in {doc}`fit`.
     trust
@@ -203,8 +213,12 @@ def fit(
     Raises
     ------
     InputError
-        If the record cannot be used, or an argument is none of those allowed.
+        If the record cannot be used, or an argument is none of those allowed. A record of closed chambers is
+        fitted by the command `pneumo fit` alone.
     """
+    _check("command", command, _SAMPLING)
+    if not PARTS[0] <= part <= PARTS[1]:
+        raise InputError(f"part = {part:g}: must lie between {PARTS[0]:g} and {PARTS[1]:g}")
     configuration = _configuration(configuration)
     configured = study(configuration)
     plant = configured_plant(configured, cylinder, 1.0)
@@ -213,7 +227,14 @@ def fit(
         read_record(file, configuration, cylinder, columns=columns, x_from=x_from)
         for file in ([record] if isinstance(record, Path | str | pd.DataFrame | xr.Dataset) else record)
     ]
+    if not records:
+        raise InputError("record: an empty list: must have at least one record")
     measurement, part = joined(records, part, MOST_STEPS)
+    if measurement.closed:
+        raise InputError(
+            f"{measurement.name}: u, or m_A and m_B, are zero in every sample: closed chambers are fitted by"
+            " the command `pneumo fit` alone"
+        )
     rule = _SAMPLING[command]
     if not trust:
         for file in records:

@@ -78,3 +78,21 @@ def test_the_room_is_callable(file):
 
     with pytest.raises(InputError, match=r"absent.csv: no such file"):
         pneumo.fit("absent.csv", file)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"command": "foo"}, "command = 'foo': must be one of held, linear"),
+        ({"x_from": "foo"}, "x_from = 'foo': must be one of mid, end"),
+        ({"part": 1.5}, "part = 1.5: must lie between 0.2 and 0.9"),
+        ({"part": 0.0}, "part = 0: must lie between 0.2 and 0.9"),
+        ({"part": np.nan}, "part = nan: must lie between 0.2 and 0.9"),
+        ({"record": []}, "record: an empty list: must have at least one record"),
+        ({}, "record: u, or m_A and m_B, are zero in every sample"),
+    ],
+)
+def test_a_wrong_argument_is_one_line_that_names_it(file, change, said):
+    with pytest.raises(InputError) as error:
+        pneumo.fit(**{"record": table(3).assign(u_V=0.0), "configuration": file} | change)
+    assert str(error.value).startswith(said) and "\n" not in str(error.value)
