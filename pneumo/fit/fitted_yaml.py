@@ -40,6 +40,12 @@ def _line(name: str, interval: Interval) -> str:
     return f"{quantity.heading} = {_text(interval.scaled(quantity.factor))} {quantity.shown_unit}".rstrip()
 
 
+def _at_most(name: str, interval: Interval) -> bool:
+    """Whether a parameter whose search begins at zero has an upper end alone: it may be zero."""
+    from_zero = name in PARAMETERS and PARAMETERS[name].search.low == 0
+    return bool(from_zero and np.isnan(interval.low) and np.isfinite(interval.high))
+
+
 def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
@@ -50,9 +56,9 @@ def fitted_configuration(
     """Text of a configuration of one cylinder with the parameters of `fit.model_of_rig`.
 
     Parameters have the values of that model's replays. Keys are those that the user gave, and those of fitted
-    parameters. A parameter with an open interval stays as configured, and a comment says so. Another comment
-    has the options that export the best reduced model. Of experiments that differed only in k_0, the first of
-    each loop and signal is kept.
+    parameters. A parameter with an open interval stays as configured, and a comment says so; a lag or dead
+    band that may be zero is left out. Another comment has the options that export the best reduced model. Of
+    experiments that differed only in k_0, the first of each loop and signal is kept.
 
     Parameters
     ----------
@@ -70,7 +76,9 @@ def fitted_configuration(
     if np.isfinite(T):
         content["supply"] |= {"T_amb_K": _rounded(T), "T_in_K": _rounded(T)}
         notes.append(f"T = {T:.2f} K, measured")
-    known = {name: interval for name, interval in estimates.items() if interval.known}
+    known = {
+        name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
+    }
     notes += _put_values(content, section, known, plant, float(np.diff(fit.data["t"].values[:2]).item()))
     accuracies, cut = _known_within(known)
     section |= accuracies
@@ -136,6 +144,12 @@ def _put_values(
     notes, without = list[str](), list[str]()
     for name in (name for name in NOTED if name in known):
         interval, (path, key), note = known[name], KEYS.get(name, ("", "")), _line(name, known[name])
+        if _at_most(name, interval):
+            heading, shown = QUANTITIES[name].heading, interval.scaled(QUANTITIES[name].factor)
+            ends = f"{shown.ends_text('.4g')} {QUANTITIES[name].shown_unit}".rstrip()
+            notes.append(f"{heading}: {ends}, none written")
+            dynamics.pop(key, None)
+            continue
         if name == "k_xu" and "valve" in section:
             path, key = "cylinders.valve", "C_dm3_per_sbar"
             interval = interval.scaled(section["valve"][key] / plant.valve.k_xu)
@@ -164,13 +178,13 @@ def _known_within(known: dict[str, Interval]) -> tuple[dict[str, float], list[st
     if "k_0" in known:
         value, low, high = known["k_0"]
         accuracies["k_0_factor"] = max(value / low, high / value)
-    percent = {name: 100 * max(i.high - i.value, i.value - i.low) / i.value for name, i in known.items()}
     for key, names in (
         ("valve_within_percent", ("k_xu",)),
         ("dead_volumes_within_percent", of_group("dead volume")),
     ):
-        if percent.keys() >= {*names}:
-            accuracies[key] = max(percent[name] for name in names)
+        if known.keys() >= {*names}:
+            intervals = [known[name] for name in names]
+            accuracies[key] = max(100 * max(i.high - i.value, i.value - i.low) / i.value for i in intervals)
     cut = [key for key, accuracy in accuracies.items() if accuracy > MOST_WITHIN[key]]
     rounded = {
         key: max(1.0, float(np.ceil(100 * accuracy - ALIKE))) / 100 for key, accuracy in accuracies.items()

@@ -222,6 +222,26 @@ def test_a_valves_parameter_that_may_be_zero_is_not_written(mine, tmp_path, name
     assert (section.valve_dynamics is not None) == kept
 
 
+def test_a_lag_of_which_the_upper_end_alone_is_known_is_at_most_that_in_file_and_table(mine, tmp_path):
+    lag = {"lag": 5.611e-6}
+    low, high = VALUES | {"lag": np.nan}, VALUES | {"lag": 4.952e-4}
+    fit = found(full=Estimate(VALUES | lag, low, high, *[np.zeros(2)] * 3))
+    (tmp_path / "lag.yaml").write_text("cylinders: {mine: {valve_dynamics: {lag_s: 0.002}}}")
+    text = written(fit, "mine", mine, TEMPLATE, tmp_path / "lag.yaml")
+    assert "#   lag: at most 0.4952 ms, none written\n" in text and "not determined" not in text
+    assert read(text, tmp_path)[0].cylinders["mine"].valve_dynamics is None
+    assert next(row for row in rig_rows(fit) if row[0] == "lag (ms)")[1:3] == [
+        "green",
+        "0.0056 (at most 0.5)",
+    ]
+
+
+def test_an_estimate_of_zero_has_no_relative_accuracy_and_needs_none():
+    zero = Interval(0.0, -0.1, 0.1)
+    k_xu = Interval(1e-6, 0.99e-6, 1.01e-6)
+    assert _known_within({"null": zero, "k_xu": k_xu}) == _known_within({"k_xu": k_xu})
+
+
 def test_an_accuracy_is_rounded_up_to_a_hundredth_of_a_percent_and_is_at_least_that():
     def percent(half):
         k_xu = Interval(1e-6, 1e-6 * (1 - half), 1e-6 * (1 + half))
