@@ -191,6 +191,8 @@ def test_the_keys_of_a_configuration_are_printed(inside):
     [
         (["export", "M1", "--n", 1.35, "--to", "matlab"], "--n = 1.35: M1 has no polytropic index"),
         (["linearise", "full", "--n", 1.3, "--u", 1, "--P_A", 5e5, "--P_B", 5e5], "--n = 1.3: full has no"),
+        (["export", "M7", "--to", "matlab"], "pneumo: --n: missing; M7 needs a polytropic index, above 0"),
+        (["linearise", "M7", *AT], "--n: missing; M7 needs"),
         (["export", "m8", "--n", 1.35, "--to", "matlab"], "model 'm8': no such model, perhaps M8"),
         (["fit", "a.csv", "--model", "M7", "--model", "m8"], "model 'm8': no such model, perhaps M8"),
         (["linearise", "Full", *AT], "model 'Full': no such model, perhaps full"),
