@@ -42,7 +42,7 @@ def _lists(system: System) -> dict[str, str]:
 
 
 def matlab(system: System) -> str:
-    """Source of a MATLAB function of the rates, to be saved as <model>_dP_dt.m; Octave runs it too."""
+    """Source of a MATLAB function of the rates, named <model>_dP_dt; Octave runs it too."""
     outer, body, printer = list[str](), list[str](), _Octave({})
     parts, names = printed(system), _lists(system)
     of_both = names_in(tuple(s.value for s in parts.valve)).union(*CHAMBER_CONSTANTS.values())

@@ -1,4 +1,4 @@
-"""The common look of all figures: fonts, widths, the look of each model, byte-identical files."""
+"""The common look of all figures: fonts, widths, byte-identical files."""
 
 import base64
 import io
