@@ -31,9 +31,12 @@ KNOWN_UNITS = {unit for units in UNITS.values() for unit in units} | {
     f"{unit}{end}" for unit in PRESSURE for end in (GAUGE, "g")
 }
 HEADER = re.compile(
-    r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g)?))\s*$"
+    r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g|\s?\(g\))?))\s*$"
 )
 IN_BRACKETS = re.compile(r"(.+?)\s*[\[(](.+)[\])]")
+SIGN_BEHIND = re.compile(r"(.+?)[_ ]+([^\w\s]\S*)")  # as in u_%
+OPTIONAL = re.compile(r"(P_s|T|v)(?![A-Za-z])")  # how a misspelt name of one may begin
+MOST_NAMED = 4  # columns that a note names
 ROS_FIELD = "field."  # before the names that `rostopic echo -p` writes
 UNNAMED = "?"  # for a column that nobody can guess
 LIKELY = {"t": "s", "u": "V", "x": "mm", **dict.fromkeys(("P_A", "P_B"), "bar")}
@@ -126,7 +129,7 @@ def proposed_mapping(
 ) -> str:
     """YAML in one line for `read_mapping`: columns guessed by their names, `UNNAMED` for the others."""
     proposed = {
-        quantity: column if column.unit else column.model_copy(update={"unit": LIKELY.get(quantity, "")})
+        quantity: column.model_copy(update={"unit": _proposed_unit(column.unit, quantity)})
         for quantity, column in known.items()
     }
     free = [name for name in names if name not in {c.column for c in known.values()}]
@@ -135,7 +138,7 @@ def proposed_mapping(
         name = next(likely, UNNAMED)
         free = [other for other in free if other != name]
         unit = plain_unit(units.get(name) or _foreign(name)[1])
-        proposed[quantity] = Column(column=name, unit=unit if unit in KNOWN_UNITS else LIKELY[quantity])
+        proposed[quantity] = Column(column=name, unit=_proposed_unit(unit, quantity))
     entries = ({q: c.model_dump(exclude_defaults=True)} for q, c in proposed.items())
     texts = (
         yaml.safe_dump(entry, default_flow_style=True, allow_unicode=True, width=10**6) for entry in entries
@@ -143,9 +146,24 @@ def proposed_mapping(
     return f"{{{', '.join(text.strip()[1:-1] for text in texts)}}}"
 
 
+def _proposed_unit(unit: str, quantity: str) -> str:
+    """The unit itself if it is known, `UNNAMED` for another, and the likely one where there is none."""
+    known = pressure_unit(unit)[0] in KNOWN_UNITS
+    return unit if known else UNNAMED if unit else LIKELY.get(quantity, "")
+
+
+def unused_note(names: Sequence[str], columns: Mapping[str, Column]) -> list[str]:
+    """Note on columns that were not read, those first that may be an optional one with a misspelt unit."""
+    used = {column.column for column in columns.values()}
+    unused = sorted((name for name in names if name not in used), key=lambda n: not OPTIONAL.match(n))
+    named = ", ".join(printable(name, 30) for name in unused[:MOST_NAMED])
+    more = f" and {len(unused) - MOST_NAMED} more" if len(unused) > MOST_NAMED else ""
+    return [f"columns not used: {named}{more}"] if unused else []
+
+
 def _foreign(header: str) -> tuple[str, str]:
-    """Letters and digits of a header in lower case, and the unit in brackets behind them."""
-    match = IN_BRACKETS.fullmatch(header.strip())
+    """Letters and digits of a header in lower case, and the unit behind them: in brackets, or a sign."""
+    match = IN_BRACKETS.fullmatch(header.strip()) or SIGN_BEHIND.fullmatch(header.strip())
     name, unit = match.groups() if match else (header, "")
     return re.sub(r"[\W_]", "", name.lower()), unit
 

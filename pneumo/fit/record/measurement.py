@@ -11,7 +11,14 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
-from pneumo.fit.record.columns import KNOWN_UNITS, UNITS, Column, columns_by_header, proposed_mapping
+from pneumo.fit.record.columns import (
+    KNOWN_UNITS,
+    UNITS,
+    Column,
+    columns_by_header,
+    proposed_mapping,
+    unused_note,
+)
 from pneumo.fit.record.formats import given_table, read_table
 from pneumo.fit.record.plausibility import GAP, UNEVEN, Samples, check_signals, check_time, check_velocity
 
@@ -164,7 +171,9 @@ def read_measurement(
     values: dict[str, np.ndarray] = {}
     read_in = {quantity: column.unit for quantity, column in columns.items()}
     samples = Samples(path, first_line, values, read_in)
-    notes: list[str] = []
+    # Who gives a mapping knows what it leaves out; an empty column, as of LabVIEW's comments, says nothing.
+    filled = [name for i, name in enumerate(names) if len(table) and str(table.iloc[0, i]).strip()]
+    notes = [] if mapping else unused_note(filled, columns)
     for quantity, column in columns.items():
         name = column.column
         if name not in names:

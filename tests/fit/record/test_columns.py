@@ -2,9 +2,18 @@
 
 import numpy as np
 import pytest
+import yaml
 
 from pneumo.errors import InputError
-from pneumo.fit.record.columns import ANR, UNITS, Column, columns_by_header, proposed_mapping, read_mapping
+from pneumo.fit.record.columns import (
+    ANR,
+    UNITS,
+    Column,
+    columns_by_header,
+    proposed_mapping,
+    read_mapping,
+    unused_note,
+)
 
 
 def test_air_of_the_reference_atmosphere_has_the_density_of_its_definition():
@@ -79,6 +88,32 @@ def test_two_columns_of_one_quantity_are_refused_by_name():
         columns_by_header(["t_s", "P_A_kPa", "P_A [bar]"], {})
     # Where there is t, a column named Time is another one.
     assert columns_by_header(["t_s", "Time [ms]"], {}) == {"t": Column(column="t_s", unit="s")}
+
+
+def test_a_gauges_unit_may_be_behind_an_underscore():
+    for header in ("P_A_bar(g)", "P_A (bar(g))", "P_A_bar_g", "P_A_bar (g)"):
+        column = columns_by_header([header], {})["P_A"]
+        assert column.factor_and_offset("m.csv", "P_A", 1e5) == (1e5, 1e5)
+
+
+@pytest.mark.parametrize("header", ["u_%", "Ventil [%]", "u (counts)", "u_counts"])
+def test_no_unit_is_proposed_for_a_column_in_an_unknown_one(header):
+    names = ["x_mm", header]
+    text = proposed_mapping(names, {}, columns_by_header(names, {}), ["x", "u"])
+    assert yaml.safe_load(text) == {
+        "x": {"column": "x_mm", "unit": "mm"},
+        "u": {"column": header, "unit": "?"},
+    }
+    (known,) = columns_by_header(["P_A_barg"], {}).values()
+    assert "unit: barg" in proposed_mapping(["P_A_barg"], {}, {"P_A": known}, ["P_A"])
+
+
+def test_columns_that_are_not_read_are_named_those_first_that_may_be_misspelt():
+    names = ["t_s", "valve", "Temp", "T_°C", "force_N", "P_s_mbar_abs", "note"]
+    columns = columns_by_header(names, {})
+    assert unused_note(names, columns) == ["columns not used: T_°C, P_s_mbar_abs, valve, Temp and 2 more"]
+    assert unused_note(names[:2], columns) == ["columns not used: valve"]
+    assert unused_note(["t_s"], columns) == []
 
 
 def test_a_proposed_mapping_is_one_line_with_names_as_they_are():

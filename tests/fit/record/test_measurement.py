@@ -147,6 +147,15 @@ def test_a_measured_supply_pressure_is_read_and_said(tmp_path):
     assert [note for note in measured.notes if note.startswith("column P_s: ")]
 
 
+def test_a_column_that_is_not_read_is_said_unless_it_is_empty_or_a_mapping_leaves_it_out(tmp_path):
+    columns = table() | {"T_°C": 20.0 + 0 * known().u, "Comment": ""}
+    assert read(tmp_path, columns).notes == ("columns not used: T_°C",)
+    mapping = {name: Column(column=f"{name}_{unit}", unit=unit) for name, unit in (("t", "s"), ("u", "V"))}
+    mapping |= {"x": Column(column="x_mm", unit="mm"), "P_A": Column(column="P_A_kPa", unit="kPa")}
+    mapping |= {"P_B": Column(column="P_B [bar(g)]", unit="bar(g)")}
+    assert read(tmp_path, columns, mapping=mapping).notes == ()
+
+
 def test_uneven_time_is_noted(tmp_path):
     t = table()["t_s"] + np.random.default_rng(0).uniform(-0.3, 0.3, len(known().u)) * known().period
     position = 300 * half() * np.sin(t)  # mm, smooth: the known record's own noise would hide what time does
