@@ -107,7 +107,7 @@ def _seconds(samples: Samples, column: pd.Series) -> np.ndarray | None:
     """
     if pd.api.types.is_datetime64_any_dtype(column):
         stamps = column
-    elif pd.api.types.is_numeric_dtype(column) or str(column.iloc[0])[:10].count("-") != 2:
+    elif pd.api.types.is_numeric_dtype(column) or not len(column) or str(column.iloc[0])[:10].count("-") != 2:
         return None
     else:
         stamps = pd.to_datetime(column, errors="coerce", format="ISO8601", utc=True)

@@ -52,6 +52,11 @@ def test_a_hundred_samples_are_enough(frame, plant):
     assert refusal(frame[:99], plant) == "record: 99 samples: must be at least 100"
 
 
+def test_a_table_without_a_sample_is_refused(frame, plant):
+    for empty in (frame.iloc[:0], frame.iloc[:0].astype(object)):
+        assert refusal(empty, plant) == "record: 0 samples: must be at least 100"
+
+
 def test_one_sample_in_a_hundred_may_be_missing(frame, plant):
     found = read_measurement(put(frame, "x_m", {50: "", 150: "n/a"}), plant)
     assert found.notes == ("column x: 2 of 200 samples missing, interpolated",)
