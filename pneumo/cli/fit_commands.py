@@ -116,7 +116,7 @@ def fit(
     from pneumo.errors import InputError
     from pneumo.fit.closed.closed_fit import fit_closed
     from pneumo.fit.closed.thermal_time_constant import FEWEST_SAMPLES, transient
-    from pneumo.fit.estimate import MOST_STEPS
+    from pneumo.fit.estimate import MOST_STEPS, at_temperature
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
     from pneumo.fit.measurement_fit import fit_measurement, fitted_too, validation
@@ -168,7 +168,8 @@ def fit(
     for note in measured.notes:
         say(f"note: {note}")
     if closed is not None and closed != "both":
-        return typer.echo(shown.transient_text(transient(measured, plant, closed, closed_from)))
+        still = transient(measured, at_temperature(plant, measured.T), closed, closed_from)
+        return typer.echo(shown.transient_text(still))
     rule = HELD if command == "held" else INTERPOLATED
     if measured.closed:
         for option in [

@@ -111,11 +111,12 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool, closed: bool =
             f" must be negative where chamber B is filled; if the valve is shut at, say, {middle} V, give the"
             f" column an `offset: -{middle}` in the file of --columns"
         )
-    if "T" in values and not 200 < np.mean(values["T"]) < 400:
-        raise InputError(
-            f"{path}: column T: {np.mean(values['T']):.4g} K on average: must lie between 200 and 400 K;"
-            " is it degC?"
-        )
+    if "T" in values:
+        mean = f"column T: {np.mean(values['T']):.4g} K on average"
+        if not 200 < np.mean(values["T"]) < 400:
+            raise InputError(f"{path}: {mean}: must lie between 200 and 400 K; is it degC?")
+        configured = f"T_amb {c.T_amb:.4g} K and T_in {c.T_in:.4g} K"
+        notes.append(f"{mean}, of the surroundings, in place of the configured {configured}")
     if "P_s" in values:
         notes.append(_check_supply(samples, c.P_s))
     if not c.P_atm < c.P_s:

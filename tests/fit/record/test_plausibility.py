@@ -36,6 +36,13 @@ def refusal(call, *arguments, **options):
     return str(error.value)
 
 
+def test_a_measured_temperature_is_said_with_what_it_replaces(plant):
+    (note,) = check(plant, T=np.full(SAMPLES, 301.0))
+    c = plant.conditions
+    configured = f"T_amb {c.T_amb:.4g} K and T_in {c.T_in:.4g} K"
+    assert note == f"column T: 301 K on average, of the surroundings, in place of the configured {configured}"
+
+
 def test_a_usual_record_has_no_notes(plant):
     assert check(plant) == [] and check_time(samples(t=T)) == (pytest.approx(1e-3, rel=1e-12), [])
 
@@ -159,7 +166,7 @@ def test_each_constant_signal_is_refused_in_open_chambers_alone(plant):
 def test_a_temperature_in_another_unit_is_refused(plant, T_mean, right):
     T_amb = np.full(SAMPLES, T_mean)
     if right:
-        assert check(plant, T=T_amb) == []
+        assert len(check(plant, T=T_amb)) == 1
     else:
         assert f"column T: {T_mean:.4g} K on average: must lie between 200 and 400 K" in refusal(
             check, plant, T=T_amb
