@@ -57,9 +57,13 @@ class Run(NamedTuple):
         return (self.P,) if self.P_B is None else (self.P, self.P_B)
 
     def within(self, first: float, last: float) -> "Run":
-        """The run with its pressures measured after one time and up to another, s."""
-        parts = [P.part((first < P.t) & (last >= P.t)) for P in self.pressures]
-        return self._replace(P=parts[0], P_B=parts[1] if self.P_B else None)
+        """The run with what was measured after one time and up to another, s."""
+
+        def cut(points: Points | None) -> Points | None:
+            return points and points.part((first < points.t) & (last >= points.t))
+
+        P = self.P.part((first < self.P.t) & (last >= self.P.t))
+        return self._replace(P=P, P_B=cut(self.P_B), T=cut(self.T))
 
 
 def edges(P: np.ndarray) -> list[tuple[float, float]]:

@@ -195,6 +195,7 @@ def test_points_are_five_or_more_at_times_that_increase(t, P, said, tmp_path):
 def test_a_part_of_a_run_leaves_its_first_time_out_and_has_its_last():
     (run,) = pulses(T, np.zeros_like(T), pulse(0.1), command(), P_B=pulse(0.2))
     times = run.P.t
-    part = run.within(times[10], times[20])
-    for pressure in part.pressures:
-        np.testing.assert_array_equal(pressure.t, times[11:21])
+    part = run._replace(T=Points(times, 300.0 + times)).within(times[10], times[20])
+    for points in (*part.pressures, part.T):
+        np.testing.assert_array_equal(points.t, times[11:21])
+    assert len(part.pressures) == 2 and run.within(times[10], times[20]).T is None
