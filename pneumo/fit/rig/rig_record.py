@@ -192,12 +192,23 @@ def _at_own_times(path: Path) -> dict[str, Points]:
     """P and T of a NetCDF file in which each has its own times; nothing of any other file."""
     if path.suffix.lower() != ".nc" or not path.is_file():
         return {}
+    found = dict[str, Points]()
     with xr.open_dataset(path.absolute(), decode_times=False) as data:
-        return {
-            name: Points(data[time].values, data[variable].values)
-            for name, variable, time in (("P_A", "P", "t_P"), ("T", "T", "t_T"))
-            if time in data.variables and variable in data.variables
-        }
+        for name, variable, time in (("P_A", "P", "t_P"), ("T", "T", "t_T")):
+            if time in data.variables and variable in data.variables:
+                found[name] = _finite(path, time, data[time].values, data[variable].values)
+    if found and len(found.get("P_A", Points(np.empty(0), np.empty(0))).t) < SHORTEST:
+        raise InputError(f"{path}: no variable P with at least {SHORTEST} numbers, at the times t_P")
+    return {name: points for name, points in found.items() if len(points.t)}
+
+
+def _finite(path: Path, time: str, t: np.ndarray, values: np.ndarray) -> Points:
+    """Finite values with their times; `InputError` if a time is not finite or not above the one before."""
+    if t.ndim != 1 or t.shape != values.shape:
+        raise InputError(f"{path}: {time}: must be one time for each value")
+    if not np.isfinite(t).all() or (np.diff(t) <= 0).any():
+        raise InputError(f"{path}: {time}: must be numbers that increase from row to row")
+    return Points(t, values).part(np.isfinite(values))
 
 
 def _columns(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict[str, Points]:
@@ -216,12 +227,8 @@ def _columns(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict
         if quantity not in values or np.isfinite(values[quantity]).sum() < SHORTEST:
             raise InputError(f"{path}: no column {quantity} with at least {SHORTEST} numbers")
     t = values.pop("t")
-    if not np.isfinite(t).all() or (np.diff(t) <= 0).any():
-        raise InputError(f"{path}: t: must be numbers that increase from row to row")
-    return {
-        name: Points(t[np.isfinite(signal)] - t[0], signal[np.isfinite(signal)])
-        for name, signal in values.items()
-    }
+    found = {name: _finite(path, "t", t, signal) for name, signal in values.items()}
+    return {name: Points(points.t - t[0], points.values) for name, points in found.items() if len(points.t)}
 
 
 def halves(points: Points) -> Sequence[Points]:

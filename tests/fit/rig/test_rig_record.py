@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from pneumo.errors import InputError
 from pneumo.fit.rig.rig_file import rig
@@ -190,6 +191,36 @@ def test_points_are_five_or_more_at_times_that_increase(t, P, said, tmp_path):
         assert str(error.value) == f"{file}: {said}"
     else:
         assert len(read_runs(file, VESSEL)[0].P.t) == 5
+
+
+TIMES, WARM = np.arange(6.0), np.full(6, 293.0)
+
+
+@pytest.mark.parametrize(
+    ("variables", "said"),
+    [
+        ({"T": ("t_T", WARM)}, "no variable P with at least 5 numbers, at the times t_P"),
+        ({"P": ("t_P", np.empty(0))}, "no variable P with at least 5 numbers, at the times t_P"),
+        ({"P": ("t_P", 1e5 + TIMES), "t_P": ("t_P", TIMES[::-1])}, "t_P: must be numbers that increase"),
+        ({"P": ("t_P", WARM), "T": ("t_T", WARM), "t_T": ("t_T", np.nan * TIMES)}, "t_T: must be numbers"),
+        ({"P": ("i", WARM), "t_P": ("j", TIMES[1:])}, "t_P: must be one time for each value"),
+    ],
+)
+def test_pressures_and_temperatures_at_their_own_times_are_checked(variables, said, tmp_path):
+    file = tmp_path / "tank.nc"
+    times = {dim: (dim, TIMES[: len(values)]) for dim, values in variables.values() if dim[:2] == "t_"}
+    xr.Dataset(times | variables).to_netcdf(file)
+    with pytest.raises(InputError) as error:
+        read_runs(file, VESSEL)
+    assert str(error.value).startswith(f"{file}: {said}") and "\n" not in str(error.value)
+
+
+def test_what_is_missing_at_its_own_time_was_not_measured_there(tmp_path):
+    P, T = np.where(TIMES == 2, np.nan, 1e5 + TIMES), np.nan * TIMES
+    data = xr.Dataset({"P": ("t_P", P), "T": ("t_T", T), "t_P": ("t_P", TIMES), "t_T": ("t_T", TIMES)})
+    data.to_netcdf(tmp_path / "tank.nc")
+    (run,) = read_runs(tmp_path / "tank.nc", VESSEL)
+    assert run.P.t.tolist() == [0.0, 1.0, 3.0, 4.0, 5.0] and run.T is None
 
 
 def test_a_part_of_a_run_leaves_its_first_time_out_and_has_its_last():
