@@ -90,10 +90,13 @@ def fitted_parameters() -> str:
         if name in STARTS and name not in STARTS_OF_ONE:
             continue
         unit = f"times `{row.search.times}`" if row.search.times else row.quantity.unit
+        if row.search.times == "A_q0":
+            unit = f"W/(m² K) {unit}, the wall's area in mid-stroke"
         bounds = f"{row.search.low:g} to {row.search.high:g} {unit}".removesuffix(" 1")
-        also = f"`--also {name}`" if row.group in ("configured", "cause") else ""
-        rows.append([f"`{name}`", row.quantity.name, bounds, also, f"`{row.key}`" if row.key else ""])
-    return table(["parameter", "meaning", "searched", "fitted with", "key of `fitted.yaml`"], rows)
+        also = {"configured": "within `accuracy`; freely ", "cause": ""}.get(row.group)
+        fitted = "" if also is None else f"{also}with `--also {name}`"
+        rows.append([f"`{name}`", row.quantity.name, bounds, fitted, f"`{row.key}`" if row.key else ""])
+    return table(["parameter", "meaning", "searched", "fitted", "key of `fitted.yaml`"], rows)
 
 
 def record_formats() -> str:

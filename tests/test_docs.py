@@ -221,6 +221,16 @@ def test_every_block_is_on_a_page_and_no_other():
     assert set(re.findall(r"\{\{ blocks\.(\w+) \}\}", text)) == {make.__name__ for make in OF_PAGES}
 
 
+def test_the_table_of_fitted_parameters_says_what_is_fitted_when_and_names_its_scales():
+    from fragments import fitted_parameters
+
+    text = fitted_parameters()
+    for name in ("b", "P_s", "exhaust", "T_in"):
+        assert f"| within `accuracy`; freely with `--also {name}` |" in text
+    assert "| with `--also A_B` |" in text
+    assert "0.3 to 1000 W/(m² K) times `A_q0`, the wall's area in mid-stroke |" in text
+
+
 def test_pictures_of_pages_are_of_one_width():
     # Made by tests/readme_pictures.py; their bytes are a browser's.
     text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
