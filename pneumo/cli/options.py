@@ -44,7 +44,7 @@ Conductance = Annotated[
 ]
 Trust = Annotated[
     bool,
-    Option("--trust", help="accept a configuration whose piston cannot move, or moves impossibly fast"),
+    Option("--trust", help="accept numbers that describe no actuator together"),
 ]
 Threads = Annotated[int, Option(min=1, help="parallel runs; the result does not depend on it")]
 
