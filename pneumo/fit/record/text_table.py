@@ -16,8 +16,8 @@ from pneumo.fit.record.table import MOST_COLUMNS, MOST_ROWS, Table, limit
 
 HEAD_LINES = 200  # within which the first sample must be
 SEPARATORS = (",", ";", "\t", " ")
+WITHOUT_COMMA = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?")
-WITHOUT_COMMA = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")  # where commas separate columns
 PLAIN = str.maketrans({"°": "deg", "µ": "u", "μ": "u", "³": "3"})
 LVM, END_OF_HEADER = "LabVIEW Measurement", "***End_of_Header***"
 ROS_TIME = "%time,"  # `rostopic echo -p`: nanoseconds
@@ -29,6 +29,7 @@ class _FirstSample(NamedTuple):
     line: int  # counted from 0
     separator: str
     width: int  # number of fields
+    decimal_commas: bool  # whether numbers may have them: between commas in quotes, and beside no point
 
 
 def plain_unit(text: str) -> str:
@@ -80,7 +81,7 @@ def text_table(path: Path, content: bytes, known_units: set[str]) -> Table:
     empty = (table == "").all(axis=1).to_numpy()
     table = table.iloc[: len(table) - int(np.argmin(empty[::-1])), : len(names)]  # blank lines at the end
     table.columns = names
-    if first.separator != ",":
+    if first.decimal_commas and (first.separator != "," or b'"' in content):
         table = table.apply(lambda column: column.str.replace(",", "."))
     if lines[0].startswith(ROS_TIME):
         units = units | {names[0]: "ns"}
@@ -106,16 +107,17 @@ def _first_sample(path: Path, lines: list[str]) -> _FirstSample:
     for index, line in enumerate(lines):
         if ends and index < ends[-1]:
             continue
-        widths: dict[str, int] = {}
+        samples: list[_FirstSample] = []
         for separator in SEPARATORS:
             fields = [] if line.startswith(("#", "%", "//")) else _fields(line, separator)
-            pattern = WITHOUT_COMMA if separator == "," else NUMBER
+            pointed = any("." in field and WITHOUT_COMMA.fullmatch(field) for field in fields)
+            commas = separator != "," or not pointed  # else those in quotes part thousands
+            pattern = NUMBER if commas else WITHOUT_COMMA
             numbers = sum(bool(pattern.fullmatch(field)) for field in fields)
             if numbers >= 2 and 2 * numbers >= sum(bool(field) for field in fields):
-                widths[separator] = len(fields)
-        if widths:
-            separator = max(widths, key=lambda s: widths[s])
-            return _FirstSample(index, separator, widths[separator])
+                samples.append(_FirstSample(index, separator, len(fields), commas))
+        if samples:
+            return max(samples, key=lambda sample: sample.width)
     raise InputError(
         f"{path}: no numbers in columns within the first {HEAD_LINES} lines: export the record as CSV,"
         " with names and units in the first row"
@@ -126,17 +128,21 @@ def _names(
     path: Path, above: list[str], first: _FirstSample, known: set[str]
 ) -> tuple[list[str], dict[str, str]]:
     """Names of the columns, and their units from a row between names and numbers, if there is one."""
-    width, rows = first.width, []
+    width, rows, halves = first.width, [], False
     # Spaces part names last: they are within names more often than other separators.
     separators = sorted(dict.fromkeys((first.separator, *SEPARATORS[:3])), key=lambda s: s == " ")
     for line in above:
-        splits = (_fields(line, separator) for separator in separators)
+        splits = [_fields(line, separator) for separator in separators]
+        halves |= first.separator == "," and 2 * len(splits[0]) == width
         # One more than numbers: LabVIEW has a column of comments that may be left out below.
         rows += [fields for fields in splits if width <= len(fields) <= width + 1][:1]
     if not rows:
-        raise InputError(
-            f"{path}: no row of {width} names above the numbers: write names and units there, such as P_A_kPa"
-        )
+        remedy = "write names and units there, such as P_A_kPa"
+        if halves:
+            remedy = (
+                f"one has {width // 2}: decimal commas and commas between columns? export with semicolons"
+            )
+        raise InputError(f"{path}: no row of {width} names above the numbers: {remedy}")
     below = [plain_unit(field) for field in rows[-1]]
     has_units = len(rows) > 1 and 2 * sum(unit in known for unit in below) >= sum(map(bool, below))
     fields = rows[-2] if has_units else rows[-1]

@@ -85,6 +85,35 @@ def test_names_are_read_with_their_own_separator(above, numbers, names):
     assert table.columns.iloc[0].tolist() == ["0", "1"]
 
 
+@pytest.mark.parametrize(
+    ("first", "numbers"),
+    [
+        ('"0,001","1,3"', ["0.001", "1.3"]),
+        ('0,"1,3"', ["0", "1.3"]),
+        ('"0,001",1', ["0.001", "1"]),
+        ("0,1", ["0", "1"]),
+    ],
+)
+def test_numbers_with_decimal_commas_may_be_in_quotes_between_commas(first, numbers):
+    table = of(f't_s,u_V\n{first}\n"0,002","-1,5e-3"\n')
+    assert table.columns.iloc[0].tolist() == numbers
+    assert table.columns.iloc[1].tolist() == ["0.002", "-1.5e-3"]
+
+
+def test_commas_in_quotes_beside_a_decimal_point_part_thousands():
+    table = of('t_s,u_V,P_A_Pa\n0.001,1.3,"101,325"\n')
+    assert table.columns.iloc[0].tolist() == ["0.001", "1.3", "101,325"]  # refused later: no number
+
+
+def test_decimal_commas_between_commas_are_asked_about():
+    with pytest.raises(InputError) as error:
+        of("t_s,u_V,x_mm\n0,001,1,3,10,5\n0,002,1,4,10,6\n")
+    remedy = "one has 3: decimal commas and commas between columns? export with semicolons"
+    assert str(error.value) == f"a.csv: no row of 6 names above the numbers: {remedy}"
+    with pytest.raises(InputError, match="such as P_A_kPa"):
+        of("t_s,u_V,x_mm\n0,1,2,3,4\n1,2,3,4,5\n")
+
+
 def test_a_row_of_two_more_fields_than_numbers_has_no_names():
     with pytest.raises(InputError, match="no row of 2 names"):
         of("a,b,c,d\n0,1\n1,4\n")
