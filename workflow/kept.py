@@ -37,8 +37,9 @@ def main(what: str, names: Sequence[str]) -> int:
             keep(name)
             continue
         off = differences(KEPT / name, RESULTS / name)
-        worst = max(off, key=lambda variable: off[variable])
-        far = off[worst] > tolerance(name)
+        limits = {variable: tolerance(name, variable) for variable in off}
+        worst = max(off, key=lambda variable: off[variable] / limits[variable])
+        far = off[worst] > limits[worst]
         words = f"{off[worst]:.1e} off in {worst}" if off[worst] else "equal"
         print(f"{name}: {words}{', too much' if far else ''}")
         code |= far
