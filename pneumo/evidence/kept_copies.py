@@ -43,8 +43,8 @@ MEASURED_TIMES = {"full_seconds"}  # differ from run to run
 TOLERANCE = 10.0  # times what the digits explain: another processor, another order of sums
 ALL_DIGITS = 11  # that agree where all are kept: a mean error is a sum of terms that cancel (1.6e-11 seen)
 NOTHING = 1e-12  # of the largest number of a variable: what a kept zero may be elsewhere, by rounding
-# Errors of single runs: with Coulomb friction a piston sticks a step earlier or later where a valve is wider by
-# 2e-16 of itself, and errors change by up to 0.5 %; without friction by 6e-14. 13 of 4,000 runs are like that.
+# Errors of single runs: with Coulomb friction a piston sticks a step earlier or later where a valve is wider
+# by 2e-16 of itself, and errors change by up to 0.5 %; without friction by 6e-14. 13 of 4,000 runs do so.
 STICKING = {"lowest": 0.02}
 
 
