@@ -114,7 +114,7 @@ def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment
     head = text.partition("name:")[0]
     assert "bench.csv by full, which is off by 0.3 kPa" in head and "M8, off by 1.22 kPa" in head
     assert "n = 1.312 (1.181 to 1.444), k_0 = 0.4512 (0.4061 to 0.4964)" in head
-    assert "M8 --n 1.31235 --k0 0.451235" in head and "as configured: lag = 2 (at most 2.2) ms" in head
+    assert "M8 --n 1.31235 --k0 0.451235" in head and "lag: at most 2.2 ms, none written" in head
     # A full order that leaves more than noise has no intervals: then the best model's stand.
     text = written(found(full=full._replace(low={}, high={})), "mine", mine, TEMPLATE)
     assert configured_plant(read(text, tmp_path)[1]).k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
