@@ -132,7 +132,7 @@ def todays_answer(contest: xr.Dataset, air: xr.Dataset, partly_known: xr.Dataset
             f" {of_observers['twice k_0']} with k_0 told twice",
         ),
         Advice(
-            "you know k_0 like that, but the valve only within 3 %",
+            "you know k_0 within 2.7, but the valve only within 3 %",
             "**calibrate the valve** first",
             f"until then the full order has {full} times the MSE of the best in hindsight, the chosen model"
             f" {chosen} times",
