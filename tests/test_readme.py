@@ -95,4 +95,3 @@ def test_commands_run_in_an_empty_folder(tmp_path, monkeypatch):
         assert done.exit_code == 0, f"{command}: {done.output}"
     assert (tmp_path / "study-my/study.html").is_file() and (tmp_path / "study-my/study.nc").is_file()
     assert "int full_step(" in (tmp_path / "full.c").read_text()
-    assert (tmp_path / "full.fmu").read_bytes()[:2] == b"PK"
