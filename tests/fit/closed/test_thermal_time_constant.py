@@ -17,7 +17,7 @@ def test_an_exact_exponential_is_found():
     free, fixed = exponential(T, P), exponential(T, P, 2e5)
     for fit in (free, fixed):
         assert fit[:3] == pytest.approx((2e5, 5e4, 0.7), rel=1e-6)
-    assert free.jacobian.shape == (len(T), 3) and fixed.jacobian.shape == (len(T), 2)  # what is given is known
+    assert free.jacobian.shape == (len(T), 3) and fixed.jacobian.shape == (len(T), 2)
     t_ss = 0.7 * np.log(100)
     mean = P[t_ss >= T].mean()
     assert mean_pressure(*free[:2]) == pytest.approx(mean, rel=1e-4)  # a sample is 1e-3 of the settling time
