@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.errors import InputError, printable
-from pneumo.fit.record.text_table import plain_unit
+from pneumo.fit.record.text_table import PLAIN, plain_unit
 
 GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
 ANR = 1.185  # kg/m^3, air at the reference atmosphere of ISO 8778
@@ -108,9 +108,9 @@ def read_mapping(path: Path) -> dict[str, Column]:
 
 
 def columns_by_header(names: list[str], units: Mapping[str, str]) -> dict[str, Column]:
-    """Columns by quantity, from headers such as `P_A_kPa`, `P_A [kPa]` or `P_A (bar(g))`."""
+    """Columns by quantity, from headers such as `P_A_kPa`, `P_A [kPa]`, `P_A (bar(g))` or `T_°C`."""
     columns: dict[str, Column] = {}
-    spelled = [_name_and_unit(name.removeprefix(ROS_FIELD)) for name in names]
+    spelled = [_name_and_unit(name.removeprefix(ROS_FIELD).translate(PLAIN)) for name in names]
     if all(quantity != "t" for quantity, _ in spelled):
         spelled = [("t" if quantity.lower() in TIME else quantity, unit) for quantity, unit in spelled]
     for name, (quantity, header_unit) in zip(names, spelled, strict=True):

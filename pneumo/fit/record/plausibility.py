@@ -10,6 +10,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
 from pneumo.fit.record.columns import PRESSURE, pressure_unit
+from pneumo.physics.valve import Conditions
 
 PERIODS = (1e-5, 0.1)  # s, between samples of a cylinder at work: its chambers fill within a second
 PERIODS_CLOSED = (1e-5, 10.0)  # of closed chambers, which settle within minutes
@@ -20,6 +21,9 @@ SUPPLY = (0.4, 1.6)  # of the configured supply pressure, between which a measur
 OF_SUPPLY = 1.3  # measured pressure over the supply's that is possible
 COMMON = ("kPa", "bar", "Pa", "MPa", "mbar", "hPa", "psi")  # units, tried in this order
 LEAST_GAUGE = 0.2  # of the atmosphere, that a gauge pressure reaches if another unit is right
+# Of the supply's gauge pressure, below which both chambers of a cylinder at work hardly stay: at rest behind
+# a servo valve they have some 0.8. It finds a unit that is too small by 4 or more.
+LEAST_AT_WORK = 0.25
 TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
 AVERAGING = 0.02  # s, over which noise is small beside the motion of the piston
 
@@ -89,6 +93,7 @@ def check_signals(samples: Samples, plant: Plant, from_end: bool, closed: bool =
     path, values = samples.path, samples.values
     c, half, u_max = plant.conditions, plant.cylinder.stroke / 2, plant.valve.u_max
     notes = [note for name in ("P_A", "P_B") for note in _check_pressure(samples, name, plant, closed)]
+    notes += [] if closed else _low_pressures(values, c)
     x, shift = values["x"], half if from_end else 0.0
     span = f"{shift - half:g} to {shift + half:g} m"
     hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
@@ -159,6 +164,18 @@ def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> 
     if low < 0.9 * c.P_atm:
         return [f"column {name}: down to {low:.4g} Pa, below the atmosphere: is it absolute?"]
     return []
+
+
+def _low_pressures(values: Mapping[str, np.ndarray], conditions: Conditions) -> list[str]:
+    """Note on pressures that both stay far below the supply's."""
+    supply = values.get("P_s", np.array([conditions.P_s])).mean()
+    top = max(np.percentile(values[name], 99) for name in ("P_A", "P_B"))
+    if top >= conditions.P_atm + LEAST_AT_WORK * (supply - conditions.P_atm):
+        return []
+    return [
+        f"columns P_A and P_B: up to {top / 1e5:.3g} bar, but the supply has {supply / 1e5:.3g} bar (both"
+        " absolute): is their unit right?"
+    ]
 
 
 def _check_supply(samples: Samples, P_s: float) -> str:

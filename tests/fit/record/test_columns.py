@@ -96,6 +96,17 @@ def test_a_gauges_unit_may_be_behind_an_underscore():
         assert column.factor_and_offset("m.csv", "P_A", 1e5) == (1e5, 1e5)
 
 
+@pytest.mark.parametrize(
+    ("header", "quantity", "factor", "offset"),
+    [("T_°C", "T", 1.0, 273.15), ("x_µm", "x", 1e-6, 0.0), ("m_A (dm³/s(ANR))", "m_A", 1.185e-3, 0.0)],
+)
+def test_signs_in_units_are_read_as_they_are_written(header, quantity, factor, offset):
+    column = columns_by_header([header], {})[quantity]
+    assert column.column == header
+    read = column.factor_and_offset("m.csv", quantity, 1e5)
+    assert read == (pytest.approx(factor, rel=1e-12), offset)
+
+
 @pytest.mark.parametrize("header", ["u_%", "Ventil [%]", "u (counts)", "u_counts"])
 def test_no_unit_is_proposed_for_a_column_in_an_unknown_one(header):
     names = ["x_mm", header]
@@ -109,9 +120,9 @@ def test_no_unit_is_proposed_for_a_column_in_an_unknown_one(header):
 
 
 def test_columns_that_are_not_read_are_named_those_first_that_may_be_misspelt():
-    names = ["t_s", "valve", "Temp", "T_°C", "force_N", "P_s_mbar_abs", "note"]
+    names = ["t_s", "valve", "Temp", "T_%", "force_N", "P_s_mbar_abs", "note"]
     columns = columns_by_header(names, {})
-    assert unused_note(names, columns) == ["columns not used: T_°C, P_s_mbar_abs, valve, Temp and 2 more"]
+    assert unused_note(names, columns) == ["columns not used: T_%, P_s_mbar_abs, valve, Temp and 2 more"]
     assert unused_note(names[:2], columns) == ["columns not used: valve"]
     assert unused_note(["t_s"], columns) == []
 

@@ -148,8 +148,8 @@ def test_a_measured_supply_pressure_is_read_and_said(tmp_path):
 
 
 def test_a_column_that_is_not_read_is_said_unless_it_is_empty_or_a_mapping_leaves_it_out(tmp_path):
-    columns = table() | {"T_°C": 20.0 + 0 * known().u, "Comment": ""}
-    assert read(tmp_path, columns).notes == ("columns not used: T_°C",)
+    columns = table() | {"T_%": 20.0 + 0 * known().u, "Comment": ""}
+    assert read(tmp_path, columns).notes == ("columns not used: T_%",)
     mapping = {name: Column(column=f"{name}_{unit}", unit=unit) for name, unit in (("t", "s"), ("u", "V"))}
     mapping |= {"x": Column(column="x_mm", unit="mm"), "P_A": Column(column="P_A_kPa", unit="kPa")}
     mapping |= {"P_B": Column(column="P_B [bar(g)]", unit="bar(g)")}

@@ -275,6 +275,25 @@ def test_a_vented_chamber_by_a_gauge_is_in_no_other_unit(plant):
     assert check_signals(columns, plant, False) == []
 
 
+def test_pressures_far_below_the_supply_are_said_unless_a_chamber_reaches_a_quarter(plant):
+    c, wave = plant.conditions, np.sin(20 * T)
+    low = c.P_atm + 0.1 * (c.P_s - c.P_atm) * (1 + 0.1 * wave)  # gauges in MPa, read in bar
+    (note,) = check(plant, P_A=low, P_B=low[::-1])
+    assert note == (
+        f"columns P_A and P_B: up to {np.percentile(low, 99) / 1e5:.3g} bar, but the supply has"
+        f" {c.P_s / 1e5:.3g} bar (both absolute): is their unit right?"
+    )
+    assert check(plant, P_A=low) == [] and check(plant, P_B=low) == []  # the other is high
+    assert check(plant, closed=True, P_A=low, P_B=low[::-1]) == []
+    for part, notes in ((0.24, 1), (0.26, 0)):
+        P = np.full(SAMPLES, c.P_atm + part * (c.P_s - c.P_atm)) + wave
+        assert len(check(plant, P_A=P, P_B=P[::-1])) == notes
+    # The supply as measured is higher than configured: a quarter of it is more.
+    P = np.full(SAMPLES, c.P_atm + 0.26 * (c.P_s - c.P_atm)) + wave
+    notes = check(plant, P_A=P, P_B=P[::-1], P_s=np.full(SAMPLES, 1.2 * c.P_s))
+    assert any(f"supply has {1.2 * c.P_s / 1e5:.3g} bar" in note for note in notes)
+
+
 @pytest.mark.parametrize("supply", [0.99, 1.0])  # over the atmosphere
 def test_a_supply_not_above_the_atmosphere_is_refused(plant, supply):
     c = plant.conditions
