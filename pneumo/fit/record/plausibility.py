@@ -22,7 +22,7 @@ OF_SUPPLY = 1.3  # measured pressure over the supply's that is possible
 COMMON = ("kPa", "bar", "Pa", "MPa", "mbar", "hPa", "psi")  # units, tried in this order
 LEAST_GAUGE = 0.2  # of the atmosphere, that a gauge pressure reaches if another unit is right
 # Of the supply's gauge pressure, below which both chambers of a cylinder at work hardly stay: at rest behind
-# a servo valve they have some 0.8. It finds a unit that is too small by 4 or more.
+# a servo valve they have some 0.8. It finds a unit that is too small by more than 4.
 LEAST_AT_WORK = 0.25
 TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
 AVERAGING = 0.02  # s, over which noise is small beside the motion of the piston
