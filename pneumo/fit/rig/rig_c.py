@@ -15,7 +15,6 @@ from pneumo.simulation.gas_network import LAMINAR, fastest_rate, replay
 from pneumo.simulation.tableau import DORMAND_PRINCE
 from pneumo.storage.files import DOI
 
-LONG = 1e6  # s: any valve has opened within it
 SAMPLES = 60  # of the test program's run
 # Of the test program, relative: rounding, and a library's pow of a few units in the last place.
 TOLERANCE = 1e-9
@@ -44,7 +43,8 @@ def rig_c(rig: Rig, model: str, values: Mapping[str, float], runs: Sequence[Run]
     points = Points(np.zeros(1), np.zeros(1))
     # From shut to open, over a metre: volumes and area ratios are linear in x, areas in the opening.
     over_a_metre = np.array([x_start, x_start + 1.0])
-    of_rig = network(rig, model, values, Run(LONG, over_a_metre, LONG / 2, 3 * LONG, points, travel=travel))
+    run = Run(1.0, over_a_metre, np.nan, np.nan, points, travel=travel)
+    of_rig = network(rig, model, values, run, is_open=np.array([0.0, 1.0]))
     nodes, links, surroundings = of_rig.nodes, of_rig.links, of_rig.surroundings
     shut, opened = of_rig.areas.reshape(len(links), 2).T
     lines = [(part[:, 0], part[:, 1] - part[:, 0]) for part in (of_rig.volumes, of_rig.area_ratios)]

@@ -14,7 +14,7 @@ from pneumo.physics.models import MODELS
 
 P_SCALE, T_SCALE = 1e3, 1.0  # Pa and K, by which residuals are divided
 FAR = 1e3  # residual where there is no replay
-MOST_EVALUATIONS = 80
+MOST_EVALUATIONS = 200
 TOLERANCE = 1e-8  # relative change of the sum of squares, or of the parameters, that ends a fit
 PART_OF_RUNS = 0.25  # that are fitted
 PART_OF_POINTS = 0.6  # of a run with many, in time
@@ -26,6 +26,7 @@ OFF_END = 0.01  # distance from the ends, of the same kind, at which a search be
 ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
 HALF_WIDTH = 1.96  # standard deviations of a 95 per cent interval
 POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
+LEAST_HOSE = 1e-3  # of a vessel's volume: the gas of a smaller hose is nothing beside the vessel's
 HOSE_HELPS = 0.7  # error with a hose over that without, below which one is there
 
 
@@ -163,7 +164,12 @@ def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
     """
     if not rig.has("valve_C_in") or rig.has("hose_volume"):
         return []
-    line = fit_rig(rig.changed(**POSSIBLE_HOSE), "full order", runs)
+    smallest, largest = POSSIBLE_HOSE["hose_volume"]
+    smallest = max(smallest, LEAST_HOSE * rig.ends.get("volume", (0.0, 0.0))[0])
+    if smallest >= largest:
+        return []
+    possible = POSSIBLE_HOSE | {"hose_volume": (smallest, largest)}
+    line = fit_rig(rig.changed(**possible), "full order", runs)
     if line.rms > HOSE_HELPS * lowest:
         return []
     words = " and ".join(map(key, POSSIBLE_HOSE))

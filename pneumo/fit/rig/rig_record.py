@@ -105,12 +105,14 @@ def pulses(
     P: np.ndarray,
     u: np.ndarray | None = None,
     P_B: np.ndarray | None = None,
+    T: Points | None = None,
 ) -> list[Run]:
-    """Measured pulses of a chamber that an on/off valve fills and vents, one `Run` each.
+    """Measured pulses of a chamber or vessel that an on/off valve fills and vents, one `Run` each.
 
-    `t`, s, is uniform. The volume of the chamber grows with `x`, m, which is smoothed here. P, Pa, is the
-    absolute pressure in the chamber, P_B that in the other one. `u` is the two-state command of the valve;
-    without it, the valve opens and closes where P rises and falls (`edges`).
+    `t`, s, is uniform from 0. The volume of a chamber grows with `x`, m, which is smoothed here; of a vessel
+    x is 0. P, Pa, is the absolute pressure, P_B that in the other chamber, `T` the temperature of the gas.
+    `u` is the two-state command of the valve; without it, the valve opens and closes where P rises and falls
+    (`edges`).
 
     Raises
     ------
@@ -133,7 +135,9 @@ def pulses(
         times = h * (k - first)
         other = None if P_B is None else Points(times, P_B[k])
         edge = (on - first) * h, (off - first) * h
-        runs.append(Run(h, x[k], *edge, Points(times, P[k]), P_B=other, travel=x.max()))
+        of_gas = T and Points(T.t - h * first, T.values).part((T.t >= h * first) & (T.t <= h * last))
+        of_gas = of_gas if of_gas and len(of_gas.t) else None
+        runs.append(Run(h, x[k], *edge, Points(times, P[k]), of_gas, other, travel=x.max()))
     if not runs:
         raise InputError("no whole pulse: the pressure must rise from its lowest value and return to it")
     return runs
@@ -156,7 +160,7 @@ def read_runs(
         File with t, P_A and, where they were measured, T, x, u and P_B; or NetCDF with P and T at their own
         times t_P and t_T. A pressure or temperature that is missing in a row was not measured there.
     rig
-        What is known of the rig: a chamber needs x, and u unless `from_edges`; both chambers need P_B.
+        What is known of the rig: a chamber needs x, both chambers P_B, an on/off valve u unless `from_edges`.
     mapping
         Column and unit of each quantity; by default as the file's header names them.
     from_edges
@@ -169,15 +173,17 @@ def read_runs(
     """
     signals = _at_own_times(path) or _columns(path, rig, mapping)
     pressure, T = signals["P_A"], signals.get("T")
-    if rig.has("volume"):
+    vessel, both = rig.has("volume"), rig.has("dead_volume_B")
+    if vessel and not rig.has("valve_C_in"):
         return [vessel_run(pressure, T)]
-    both = rig.has("dead_volume_B")
-    for name in ("x", *(() if from_edges else ("u",)), *(("P_B",) if both else ())):
-        if name not in signals:
+    needed = {"x": not vessel, "u": not from_edges, "P_B": both}
+    for name in needed:
+        if needed[name] and name not in signals:
             instead = {"u": "; or --command edges", "P_B": "; or a rig without dead_volume_B_mL"}
-            problem = f"a chamber behind an on/off valve needs it{instead.get(name, '')}"
+            what = "vessel" if vessel else "chamber"
+            problem = f"a {what} behind an on/off valve needs it{instead.get(name, '')}"
             raise InputError(f"{path}: no column {name}: {problem}")
-    t, x = signals["x"]
+    t, x = (pressure.t, np.zeros_like(pressure.t)) if vessel else signals["x"]
     steps = np.diff(t)
     if len(t) < SHORTEST or np.ptp(steps) > UNEVEN * np.mean(steps):
         raise InputError(
@@ -185,7 +191,7 @@ def read_runs(
         )
     P = np.interp(t, *pressure)
     u = None if from_edges else np.interp(t, *signals["u"])
-    return pulses(t, x, P, u, np.interp(t, *signals["P_B"]) if both else None)
+    return pulses(t, x, P, u, np.interp(t, *signals["P_B"]) if both else None, T)
 
 
 def _at_own_times(path: Path) -> dict[str, Points]:

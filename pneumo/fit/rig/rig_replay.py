@@ -23,9 +23,31 @@ ISO_RHO, ISO_T = 1.185, 293.15  # kg/m^3 and K, the reference of a sonic conduct
 WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k", "k_0_B")
 
 
-def opening(t: np.ndarray, begin: float, lasts: float) -> np.ndarray:
-    """Fraction, 0 to 1, by which a valve is open that starts to open at `begin` and takes `lasts`, both s."""
-    return np.clip((t - begin) / lasts, 0.0, 1.0)
+def mean_opening(t: np.ndarray, begin: float, lasts: float) -> np.ndarray:
+    """Fraction, 0 to 1, by which a valve is open, by sample, as a mean over the steps beside each sample.
+
+    The valve starts to open at `begin` and takes `lasts`, both s; `t` is uniform. Weights of the mean fall
+    on a line from a sample to those beside it. So the fraction, which is linear between samples, has the
+    exact integral over time, and is smooth in `begin` and `lasts`, which a search needs (decision 153).
+    """
+    h = t[1] - t[0]
+    since = np.clip(t - begin, -h, lasts + h)  # shut before, open after
+
+    def twice_integrated(s: np.ndarray) -> np.ndarray:
+        a, b = np.maximum(s, 0.0), np.maximum(s - lasts, 0.0)
+        return (a - b) * (a**2 + a * b + b**2) / (6 * lasts)
+
+    return np.diff([twice_integrated(since + step) for step in (-h, 0.0, h)], n=2, axis=0)[0] / h**2
+
+
+def valve_opening(rig: Rig, values: Mapping[str, float], run: Run) -> np.ndarray:
+    """Fraction, 0 to 1, by which the on/off valve of a rig is open, by sample; 0 without a valve."""
+    v, t = values, run.t
+    if not rig.has("valve_C_in"):
+        return np.zeros_like(t)
+    opened = mean_opening(t, run.on + v["valve_opening_delay"], v["valve_opening"])
+    closed = mean_opening(t, run.off + v["valve_closing_delay"], v["valve_closing"])
+    return np.clip(opened - closed, 0.0, 1.0)
 
 
 class RigReplay(NamedTuple):
@@ -58,8 +80,11 @@ class Network(NamedTuple):
     sensor: int  # node of the first chamber's pressure; those of the others follow
 
 
-def network(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> Network:
-    """Network of a rig with the volumes and areas of a run."""
+def network(rig: Rig, model: str, values: Mapping[str, float], run: Run, is_open: np.ndarray) -> Network:
+    """Network of a rig with the volumes and areas of a run.
+
+    `is_open` is the fraction, 0 to 1, by which the valve is open, by sample.
+    """
     v, gas = values, rig.gas
     t, T_amb, P_atm = run.t, v["T_surroundings"], v["P_surroundings"]
     C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
@@ -85,11 +110,6 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> Netw
 
     nodes, volumes, ratios, links, areas = ([] for _ in range(5))
     hoses, hose_volumes = list[Node](), list[np.ndarray]()
-    is_open = np.zeros_like(t)
-    if has_valve:
-        is_open = opening(t, run.on + v["valve_opening_delay"], v["valve_opening"])
-        is_open = is_open - opening(t, run.off + v["valve_closing_delay"], v["valve_closing"])
-        is_open = np.clip(is_open, 0.0, 1.0)
     for number, side in enumerate(sides):
         P_start = v["P_start"] if not side else v.get("P_start_B", v["P_s"])
         T_start = of("T_start", side)
@@ -152,7 +172,7 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> Netw
 
 def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
     """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K."""
-    of_rig = network(rig, model, values, run)
+    of_rig = network(rig, model, values, run, valve_opening(rig, values, run))
     nodes, links, surroundings, volumes, areas, ratios, chambers, sensor = of_rig
     states = replay(nodes, links, surroundings, volumes, areas, rig.gas, run.h, ratios)
     t = run.t

@@ -12,7 +12,7 @@ from exported_c import C_COMPILER, STRICT, run_test_program, write
 from pneumo.fit.rig.rig_c import node_names, rig_c
 from pneumo.fit.rig.rig_file import rig
 from pneumo.fit.rig.rig_record import Points, Run, vessel_run
-from pneumo.fit.rig.rig_replay import network, opening, replay_run
+from pneumo.fit.rig.rig_replay import network, replay_run, valve_opening
 from pneumo.physics.valve import choked_flow
 from pneumo.simulation.gas_network import replay
 
@@ -41,6 +41,10 @@ def driven():
 
 def left_alone():
     return vessel_run(Points(np.linspace(0, 40, 20), np.zeros(20)))
+
+
+def network_of_run(known, model, values, run):
+    return network(known, model, values, run, valve_opening(known, values, run))
 
 
 class Compiled:
@@ -79,20 +83,20 @@ def test_every_step_is_that_of_python(content, run, model, tmp_path):
     known = rig(content, "test")
     values = {name: low for name, (low, _) in known.ends.items()}
     in_c = Compiled(rig_c(known, model, values, [run]), tmp_path)
-    of_rig = network(known, model, values, run)
+    of_rig = network_of_run(known, model, values, run)
     *arguments, _, _ = of_rig
     nodes, links, surroundings, V, areas, ratios = arguments
     expected = replay(nodes, links, surroundings, V, areas, known.gas, run.h, ratios)
-    opened = np.zeros(len(run.x))
     if known.has("valve_C_in"):
         in_c.library.rig_opening.restype = ctypes.c_double
         opened = [
             in_c.library.rig_opening(*map(ctypes.c_double, (t, run.on, run.off))) for t in run.t.tolist()
         ]
-        told = opening(run.t, run.on + 2e-3, 5e-3) - opening(run.t, run.off - 1e-3, 8e-3)
-        np.testing.assert_allclose(opened, told, atol=1e-12)
+        # At each instant: 2 ms after its edge it opens in 5 ms, 1 ms before the other it closes in 8 ms.
+        ramps = np.interp(run.t, [0.022, 0.027, 0.079, 0.087], [0.0, 1.0, 1.0, 0.0])
+        np.testing.assert_allclose(opened, ramps, atol=1e-12)
     count = len(nodes)
-    states = in_c.run(run.x, opened, run.h, 3 * count)
+    states = in_c.run(run.x, valve_opening(known, values, run), run.h, 3 * count)
     P, T, T_store = states.T.reshape(3, count, -1)
     # Roundings of some thousand steps, of which most die out, and powers a few units in the last place off.
     np.testing.assert_allclose(P, expected.P, rtol=1e-10)
@@ -153,7 +157,7 @@ def test_a_step_that_fails_leaves_the_state(tmp_path):
 
 def test_links_join_the_nodes_that_a_rig_has_side_by_side():
     known = rig(EVERYTHING, "test")
-    of_rig = network(known, "M8", {name: low for name, (low, _) in known.ends.items()}, driven())
+    of_rig = network_of_run(known, "M8", {name: low for name, (low, _) in known.ends.items()}, driven())
     names = [*node_names(known), "ATMOSPHERE", "SOURCE"]
     joined = {(names[link.first], names[link.second]) for link in of_rig.links}
     expected = {("SOURCE", "SUPPLY")}
@@ -173,7 +177,7 @@ def test_nodes_have_the_names_of_their_places():
 def test_a_sonic_conductance_gives_the_flow_of_iso_6358():
     known = rig(CHAMBER, "test")
     values = {name: low for name, (low, _) in known.ends.items()}
-    areas = network(known, "full order", values, driven()._replace(P_B=None)).areas.max(axis=1)
+    areas = network_of_run(known, "full order", values, driven()._replace(P_B=None)).areas.max(axis=1)
     for area, C in zip(areas, (1.2e-8, 1e-8), strict=True):
         flow = choked_flow(area, 6e5, 350.0, known.gas)
         # Reference: 1.185 kg/m^3 at 20 degrees.

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from test_rig_c import CHAMBER, EVERYTHING, SHUT, VESSEL, H, driven, left_alone
+from test_rig_c import CHAMBER, EVERYTHING, SHUT, VESSEL, H, driven, left_alone, network_of_run
 
 from pneumo.fit.rig.rig_file import rig
 from pneumo.fit.rig.rig_record import Points
-from pneumo.fit.rig.rig_replay import ADIABATIC, FULL, RIG_MODELS, errors, network, rms
+from pneumo.fit.rig.rig_replay import ADIABATIC, FULL, RIG_MODELS, errors, mean_opening, rms
 from pneumo.physics.valve import choked_flow
 
 TO_ROOM, FROM_TANK = (101325.0, 293.15), (6e5, 293.15)
@@ -15,7 +15,7 @@ TO_ROOM, FROM_TANK = (101325.0, 293.15), (6e5, 293.15)
 def of(content, model="full order", run=None):
     known = rig(content, "test")
     values = {name: low for name, (low, _) in known.ends.items()}
-    return network(known, model, values, driven() if run is None else run)
+    return network_of_run(known, model, values, driven() if run is None else run)
 
 
 def area_of(C):
@@ -40,13 +40,42 @@ def test_volumes_and_wall_areas_are_those_of_bore_rod_and_travel():
 def test_areas_are_those_of_each_conductance_and_of_the_valves_opening():
     run, found = driven(), of(EVERYTHING | {"valve_C_in_B_dm3_per_sbar": 0.7})
     # 2 ms after its edge it opens in 5 ms, 1 ms before the other it closes in 8 ms.
-    opened = np.interp(run.t, [0.022, 0.027, 0.079, 0.087], [0.0, 1.0, 1.0, 0.0])
+    opened = mean_opening(run.t, 0.022, 5e-3) - mean_opening(run.t, 0.079, 8e-3)
     in_A, in_B = opened, 1 - opened
     expected = [0.9, 1.2 * in_A, 1.0 * (1 - in_A), 0.9, 0.7 * in_B, 1.0 * (1 - in_B), 1.5, 1.5, 0.3]
     for area, C in zip(found.areas, expected, strict=True):
         np.testing.assert_allclose(area, area_of(1e-8 * C) * np.ones_like(run.t), rtol=1e-9, atol=1e-18)
     (opening,) = of(VESSEL | {"C_d": 0.8}, run=left_alone()).areas
     np.testing.assert_allclose(opening, 0.8 * np.pi / 4 * 3e-3**2, rtol=1e-12)
+
+
+def averaged(t, begin, lasts):
+    """Mean of an opening about each sample, by 4,000 points, of weights that fall on a line over a step."""
+    beside = (np.arange(4000) + 0.5) / 2000 - 1
+    weights = (1 - np.abs(beside)) / 2000
+    instants = t[:, None] + (t[1] - t[0]) * beside
+    return np.clip((instants - begin) / lasts, 0, 1) @ weights
+
+
+@pytest.mark.parametrize("begin", [0.0214, 0.022, 0.0309])
+@pytest.mark.parametrize("lasts", [1e-5, 4e-4, 1e-3, 8e-3])
+def test_an_opening_is_the_mean_over_the_steps_beside_a_sample(begin, lasts):
+    t = H * np.arange(60)
+    opening = mean_opening(t, begin, lasts)
+    # Half a point's step, where a valve opens at once.
+    np.testing.assert_allclose(opening, averaged(t, begin, lasts), atol=3e-4)
+    assert H * opening.sum() == pytest.approx(t[-1] + H / 2 - begin - lasts / 2, rel=1e-9)
+    # Hours later it is as exact.
+    np.testing.assert_allclose(mean_opening(t + 4096, begin + 4096, lasts), opening, atol=1e-7)
+
+
+def test_a_search_sees_when_a_valve_opens_within_one_sample():
+    t = H * np.arange(60)
+    begins = 0.02 + H * np.linspace(0.0, 2.0, 41)
+    openings = np.array([mean_opening(t, begin, 2e-4) for begin in begins])
+    moved = np.abs(np.diff(openings, axis=0)).max(axis=1)
+    # A twentieth of a sample moves the fraction by a fortieth at least, and by a twentieth at most.
+    assert (moved > 0.02).all() and (moved <= 0.0501).all()
 
 
 def test_a_valve_that_would_close_before_it_opens_stays_shut():

@@ -193,6 +193,34 @@ def test_points_are_five_or_more_at_times_that_increase(t, P, said, tmp_path):
         assert len(read_runs(file, VESSEL)[0].P.t) == 5
 
 
+FILLED = {"volume_L": 10, "valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 7}
+
+
+def test_a_vessel_behind_a_valve_is_cut_into_its_pulses_with_the_temperature(tmp_path):
+    t, warm = T + 3.0, np.where(np.arange(len(T)) % 50 == 0, 300 + T, np.nan)
+    file = written(tmp_path, t_s=t, P_A_bar=1e-5 * pulse(0.1), u_V=command(), T_K=warm)
+    (run,) = read_runs(file, rig(FILLED, "test"))
+    assert (run.x == 0).all() and (run.on, run.off) == pytest.approx((BEFORE, BEFORE + 0.2), abs=1e-9)
+    begins = 0.1 - BEFORE
+    of_gas = np.arange(0.1, begins + run.t[-1], 0.05)
+    assert run.T.t == pytest.approx(of_gas - begins, abs=1e-9)
+    assert run.T.values == pytest.approx(300 + of_gas, abs=1e-9)
+    cold = written(
+        tmp_path, t_s=t, P_A_bar=1e-5 * pulse(0.1), u_V=command(), T_K=np.where(T < 0.05, 300, np.nan)
+    )
+    assert read_runs(cold, rig(FILLED, "test"))[0].T is None  # none within the pulse
+
+
+def test_a_vessel_behind_a_valve_needs_its_command_or_edges(tmp_path):
+    file = written(tmp_path, t_s=T, P_A_bar=1e-5 * pulse(0.1))
+    with pytest.raises(InputError) as error:
+        read_runs(file, rig(FILLED, "test"))
+    assert str(error.value) == (
+        f"{file}: no column u: a vessel behind an on/off valve needs it; or --command edges"
+    )
+    assert len(read_runs(file, rig(FILLED, "test"), from_edges=True)) == 1
+
+
 TIMES, WARM = np.arange(6.0), np.full(6, 293.0)
 
 

@@ -240,3 +240,18 @@ def test_a_hose_that_a_rig_may_lack_is_of_16_mm_to_8_m(monkeypatch):
     assert ends["hose_volume"] == pytest.approx((0.016 * area, 8.0 * area), rel=0.01)
     low, high = ends["hose_C"]  # narrower than any hose, and wider than any valve of such a cylinder
     assert (1e8 * low, 1e8 * high) == pytest.approx((0.05, 10.0)) and set(POSSIBLE_HOSE) <= set(ends)
+
+
+def test_a_hose_of_a_vessel_is_more_than_a_thousandth_of_its_volume(monkeypatch):
+    tried = []
+
+    def fitted(possible, *_):
+        tried.append(possible.ends["hose_volume"])
+        return RigEstimate({}, (), {}, {}, 1e3)
+
+    monkeypatch.setattr(rig_fit, "fit_rig", fitted)
+    for litres in (0.1, 5, 99):
+        assert rig_warnings(rig({"volume_L": litres} | VALVE, "test"), [], 1e3) == []
+    assert [low for low, _ in tried] == pytest.approx([0.2e-6, 5e-6, 99e-6], rel=1e-12)
+    # Beside the gas of a larger vessel that of any hose is nothing.
+    assert rig_warnings(rig({"volume_L": 101} | VALVE, "test"), [], 1e3) == [] and len(tried) == 3
