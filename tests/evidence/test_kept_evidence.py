@@ -130,6 +130,23 @@ def test_a_number_that_is_missing_or_infinite_on_one_side_is_a_difference():
     assert kept_copies.difference(np.array(["M8"]), np.array(["M7"])) == np.inf
 
 
+def test_a_residual_counts_as_no_smaller_than_the_rms_of_its_curve(tmp_path):
+    kept = read(KEPT / "measurements.nc")
+    error = kept["error"]
+    rms = (error**2).mean("t") ** 0.5
+    curve = {"record": 1, "law": 2, "chamber": 0}
+    nearest_zero = int(np.abs(error.isel(curve).values).argmin())
+    for off, found in ((0.5e-3, False), (1.5e-3, True)):  # of the RMS; the limit is 1e-3
+        again = kept.copy(deep=True)
+        again["error"][curve | {"t": nearest_zero}] += off * rms.isel(curve)
+        again["value"][{"parameter": kept["parameter"].values.tolist().index("leak")}] *= 1 + off
+        write(again, tmp_path / "measurements.nc", kept.attrs)
+        differs = kept_copies.differences(KEPT / "measurements.nc", tmp_path / "measurements.nc")
+        limit = kept_copies.tolerance("measurements.nc")
+        assert [name for name, value in differs.items() if value > limit] == ["value", "error"] * found
+    assert (kept_copies.least_sizes("floor.nc", error) == 0.0).all()
+
+
 def test_the_command_prints_a_table_and_refuses_what_differs(inside, monkeypatch):
     def samples():
         yield kept_samples.Sample("a number", np.array([1.0]), np.array([1.01]), 0.1)

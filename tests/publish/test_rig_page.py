@@ -65,6 +65,14 @@ def test_page_has_the_results_numbers_best_first_and_stands_alone():
     assert not re.search(r"(?:src|href)=\"(?!data:)", text)
 
 
+def test_what_a_record_does_not_determine_has_no_numbers_as_its_ends():
+    result = made().assign_coords(parameter=["n", "valve_opening_delay_ms"])
+    result["low"][2, 1], result["high"][2, 1] = -np.inf, np.inf
+    assert "<td>0.810</td><td>not determined</td>" in page(result)
+    result["low"][2, 1], result["high"][2, 1] = -0.5, 2.5
+    assert "<td>0.810</td><td>-0.500 to 2.50</td>" in page(result)
+
+
 def test_page_says_how_models_were_judged():
     assert "first quarter of the pulses" in page(made())
     assert "every second point" in page(made(fitted_until=0.2), several=False)

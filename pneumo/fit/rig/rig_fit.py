@@ -19,7 +19,7 @@ TOLERANCE = 1e-8  # relative change of the sum of squares, or of the parameters,
 PART_OF_RUNS = 0.25  # that are fitted
 PART_OF_POINTS = 0.6  # of a run with many, in time
 FEW_POINTS = 200
-STARTS = (0.5, 0.15)  # positions between the two ends, on a logarithmic scale where both are positive
+STARTS = (0.5, 0.15, 0.95)  # positions between the two ends, on a logarithmic scale where both are positive
 TINY = 1e-100  # a derivative that is zero
 FLAT = 1e-7  # size of a direction over the largest, below which the record does not determine it
 OFF_END = 0.01  # distance from the ends, of the same kind, at which a search begins
@@ -35,7 +35,9 @@ class RigEstimate(NamedTuple):
 
     values: dict[str, float]  # of all quantities of the rig, SI units
     fitted: tuple[str, ...]  # names of those that were fitted
-    low: dict[str, float]  # ends of 95 per cent intervals of those; NaN where the value is on a bound
+    # Ends of 95 per cent intervals of those: NaN where the value is on a bound, infinite where the interval's
+    # half-width is more than the distance between the ends of the search: the runs do not determine it.
+    low: dict[str, float]
     high: dict[str, float]
     rms: float  # Pa, over all points of the pressure that were fitted
 
@@ -96,7 +98,7 @@ class RigProblem(NamedTuple):
         if near is not None:
             ends = self.rig.ends
             parts = [(near[name] - ends[name][0]) / (ends[name][1] - ends[name][0]) for name in self.names]
-            starts = [np.clip(parts, OFF_END, 1 - OFF_END), starts[0]]
+            starts.append(np.clip(parts, OFF_END, 1 - OFF_END))
         return min((self._solved(start) for start in starts), key=lambda optimum: optimum.cost)
 
     def _solved(self, theta: np.ndarray) -> OptimizeResult:
@@ -139,7 +141,9 @@ def fit_rig(
         variances = ((axes.T / np.maximum(sizes, FLAT * sizes[0])) ** 2).sum(axis=1) / scale**2
         deviations[inside] = np.sqrt(variances * (residual @ residual) / freedom)
     for name, deviation in zip(problem.names, deviations, strict=True):
-        half = HALF_WIDTH * deviation * (rig.ends[name][1] - rig.ends[name][0])
+        between = rig.ends[name][1] - rig.ends[name][0]
+        half = HALF_WIDTH * deviation * between
+        half = np.inf if half > between else half
         low[name], high[name] = values[name] - half, values[name] + half
     P = np.concatenate([run_errors(rig, model, values, run)[0] for run in runs])
     return RigEstimate(values, problem.names, low, high, rms(P))

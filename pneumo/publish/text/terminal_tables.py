@@ -305,7 +305,7 @@ def rig_cells(result: xr.Dataset) -> tuple[list[list[str]], list[list[str]]]:
             if np.isfinite(value):
                 if np.isnan(low) and np.isnan(high):
                     ends = ON_BOUND
-                elif parameter in SIGNED:
+                elif parameter in SIGNED and np.isfinite(high - low):
                     ends = f"{significant(low)} to {significant(high)}"
                 else:
                     ends = ends_text(low, high)

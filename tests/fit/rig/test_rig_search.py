@@ -8,7 +8,6 @@ import pytest
 from pneumo.fit.rig import rig_fit
 from pneumo.fit.rig.rig_file import rig
 from pneumo.fit.rig.rig_fit import (
-    FLAT,
     POSSIBLE_HOSE,
     Judged,
     RigEstimate,
@@ -118,25 +117,30 @@ def test_a_parameter_on_a_bound_has_no_interval_and_is_taken_as_known_for_the_ot
 
 
 def test_what_changes_nothing_or_the_same_as_another_is_not_determined(solved):
-    same = COLUMNS[:, [0, 0]]
-    size = same[:, 0] @ same[:, 0]
-    # Of two equal columns of length 1 the sum has the size sqrt(2), and the difference at least 1e-7 of it.
-    variance = (0.5 / 2 + 0.5 / (2 * FLAT**2)) / size * (NOISE @ NOISE) / freedom(NOISE, 2)
-    assert halves(solved([0.3, 0.6], NOISE, same)) == pytest.approx([1.96 * np.sqrt(variance)] * 2, rel=1e-6)
-    assert FLAT < 1e-5
-    nothing = COLUMNS * [1.0, 0.0]
-    seen, unseen = halves(solved([0.3, 0.6], NOISE, nothing))
+    assert halves(solved([0.3, 0.6], NOISE, COLUMNS[:, [0, 0]])) == [np.inf, np.inf]
+    seen, unseen = halves(solved([0.3, 0.6], NOISE, COLUMNS * [1.0, 0.0]))
     variance = (NOISE @ NOISE) / freedom(NOISE, 2) / (COLUMNS[:, 0] @ COLUMNS[:, 0])
-    assert seen == pytest.approx(1.96 * np.sqrt(variance), rel=1e-9) and unseen > 1e9
+    assert seen == pytest.approx(1.96 * np.sqrt(variance), rel=1e-9) and unseen == np.inf
+
+
+@pytest.mark.parametrize(("half", "known"), [(0.99, True), (1.01, False)])
+def test_an_interval_wider_than_between_the_ends_on_either_side_is_without_end(half, known, solved):
+    column = COLUMNS[:, :1] / np.linalg.norm(COLUMNS[:, 0])
+    other = np.linalg.qr(np.column_stack([column, COLUMNS[:, 1]]))[0][:, 1:]
+    size = 1.96 * np.sqrt((NOISE @ NOISE) / freedom(NOISE, 2)) / half
+    found = solved([0.3, 0.6], NOISE, np.column_stack([size * column, 20 * size * other]))
+    first, second = halves(found)
+    assert first == (pytest.approx(half, rel=1e-9) if known else np.inf)
+    assert second == pytest.approx(half / 20, rel=1e-9) and found.low["volume"] < 0 < found.high["volume"]
 
 
 def test_of_few_points_at_least_one_degree_of_freedom_is_left(solved):
     few = np.array([1.0, -1.0])
-    half = halves(solved([0.3, 0.6], few, np.eye(2)))
-    assert half == pytest.approx([1.96 * np.sqrt(few @ few)] * 2, rel=1e-9)
+    half = halves(solved([0.3, 0.6], few, 10 * np.eye(2)))
+    assert half == pytest.approx([1.96 * np.sqrt(few @ few) / 10] * 2, rel=1e-9)
     # One point shows one sum of two parameters, the shortest such pair is taken for their deviations.
-    half = halves(solved([0.3, 0.6], few[:1], np.array([[1.0, 2.0]])))
-    assert half == pytest.approx([1.96 * 0.5, 1.96 * 0.25], rel=1e-9)
+    half = halves(solved([0.3, 0.6], few[:1], np.array([[10.0, 20.0]])))
+    assert half == pytest.approx([1.96 * 0.05, 1.96 * 0.025], rel=1e-9)
 
 
 def test_a_rig_that_is_known_is_replayed_and_nothing_is_fitted():
