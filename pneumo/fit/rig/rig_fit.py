@@ -14,7 +14,7 @@ from pneumo.physics.models import MODELS
 
 P_SCALE, T_SCALE = 1e3, 1.0  # Pa and K, by which residuals are divided
 FAR = 1e3  # residual where there is no replay
-MOST_EVALUATIONS = 200
+MOST_EVALUATIONS = 100
 TOLERANCE = 1e-8  # relative change of the sum of squares, or of the parameters, that ends a fit
 PART_OF_RUNS = 0.25  # that are fitted
 PART_OF_POINTS = 0.6  # of a run with many, in time
@@ -92,9 +92,9 @@ class RigProblem(NamedTuple):
             theta.append((at - low) / (high - low))
         return np.array(theta)
 
-    def solve(self, near: Mapping[str, float] | None = None) -> OptimizeResult:
-        """Lowest sum of squares from several starts, one of them at the values of another fit if given."""
-        starts = [self.start(position) for position in STARTS]
+    def solve(self, near: Mapping[str, float] | None = None, alone: bool = False) -> OptimizeResult:
+        """Lowest sum of squares from several starts; from the values `near` of another fit too, or `alone`."""
+        starts = [] if alone else [self.start(position) for position in STARTS]
         if near is not None:
             ends = self.rig.ends
             parts = [(near[name] - ends[name][0]) / (ends[name][1] - ends[name][0]) for name in self.names]
@@ -119,8 +119,9 @@ def fit_rig(
     runs: Sequence[Run],
     temperature: bool = False,
     near: Mapping[str, float] | None = None,
+    alone: bool = False,
 ) -> RigEstimate:
-    """Estimate of a model from some runs; `near` are values from which the search begins.
+    """Estimate of a model from some runs; a search begins at the values `near` too, or there `alone`.
 
     Intervals are those of least squares with correlated residuals: the number of points is divided by the
     residual's correlation time. They do not include an error of the model itself.
@@ -129,7 +130,7 @@ def fit_rig(
     if not problem.names:
         theta, residual, J = np.empty(0), problem.residual(np.empty(0)), np.empty((0, 0))
     else:
-        optimum = problem.solve(near)
+        optimum = problem.solve(near, alone)
         theta, residual, J = optimum.x, optimum.fun, optimum.jac
     values, low, high = problem.values(theta), dict[str, float](), dict[str, float]()
     inside = (theta > ON_END) & (theta < 1 - ON_END)
@@ -224,7 +225,7 @@ def judged(
     elif len(runs) == 1:
         run = runs[0]
         for chosen, others in (halves(run.P), halves(run.P)[::-1]):
-            part = fit_rig(rig, model, [run._replace(P=chosen)], temperature, estimate.values)
+            part = fit_rig(rig, model, [run._replace(P=chosen)], temperature, estimate.values, alone=True)
             left.append(run_errors(rig, model, part.values, run._replace(P=others))[0])
     T = np.concatenate([run_errors(rig, model, estimate.values, run)[1] for run in runs])
     return Judged(estimate, rms(np.concatenate(left)), rms(T) if len(T) else np.nan)

@@ -76,7 +76,7 @@ def solved(monkeypatch):
 
     def ends(x, fun, jac):
         optimum = SimpleNamespace(x=np.array(x), fun=fun, jac=jac)
-        monkeypatch.setattr(RigProblem, "solve", lambda self, near: optimum)
+        monkeypatch.setattr(RigProblem, "solve", lambda self, near, alone: optimum)
         monkeypatch.setattr(rig_fit, "run_errors", lambda *_: (1e3 * fun, np.empty(0)))
         return fit_rig(rig(TANK, "test"), "full order", [run_of(3)])
 
@@ -172,7 +172,7 @@ def test_of_two_long_runs_the_first_is_fitted_whole_and_of_one_three_fifths():
 def test_temperatures_are_fitted_on_demand_alone(given, monkeypatch):
     seen = []
 
-    def solve(self, near):
+    def solve(self, near, alone):
         seen.append(self.temperature)
         return SimpleNamespace(x=np.array([0.5, 0.5]), fun=NOISE, jac=COLUMNS)
 
@@ -188,8 +188,8 @@ def test_of_few_points_each_is_held_out_once_by_a_fit_to_the_others(monkeypatch)
     fits, replays = [], []
     estimate = RigEstimate({"C_d": 0.8}, ("C_d",), {}, {}, 1.0)
 
-    def fitted(_rig, _model, runs, _temperature, near):
-        fits.append((runs[0].P.t.tolist(), near))
+    def fitted(_rig, _model, runs, _temperature, near, alone=False):
+        fits.append((runs[0].P.t.tolist(), near, alone))
         return estimate
 
     def errors(_rig, _model, _values, run):
@@ -201,7 +201,7 @@ def test_of_few_points_each_is_held_out_once_by_a_fit_to_the_others(monkeypatch)
     run = run_of(7)
     result = judged(rig(TANK, "test"), "full order", [run])
     t = run.P.t.tolist()
-    assert fits == [(t, None), (t[::2], estimate.values), (t[1::2], estimate.values)]
+    assert fits == [(t, None, False), *((half, estimate.values, True) for half in (t[::2], t[1::2]))]
     assert replays == [t[1::2], t[::2], t]
     assert result == Judged(estimate, pytest.approx(np.sqrt((3 * 9 + 4 * 16) / 7), rel=1e-12), 2.0)
 
