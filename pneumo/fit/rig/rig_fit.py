@@ -93,7 +93,7 @@ class RigProblem(NamedTuple):
         return np.array(theta)
 
     def solve(self, near: Mapping[str, float] | None = None, alone: bool = False) -> OptimizeResult:
-        """Lowest sum of squares from several starts; from the values `near` of another fit too, or `alone`."""
+        """Lowest sum of squares from several starts; from `near`, values of another fit, too, or `alone`."""
         starts = [] if alone else [self.start(position) for position in STARTS]
         if near is not None:
             ends = self.rig.ends
