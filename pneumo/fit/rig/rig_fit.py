@@ -35,8 +35,8 @@ class RigEstimate(NamedTuple):
 
     values: dict[str, float]  # of all quantities of the rig, SI units
     fitted: tuple[str, ...]  # names of those that were fitted
-    # Ends of 95 per cent intervals of those: NaN where the value is on a bound, infinite where the interval's
-    # half-width is more than the distance between the ends of the search: the runs do not determine it.
+    # Ends of 95 per cent intervals of those: infinite where the half-width is more than the distance between
+    # the ends of the search, so that the runs do not determine it; else NaN where the value is on an end.
     low: dict[str, float]
     high: dict[str, float]
     rms: float  # Pa, over all points of the pressure that were fitted
@@ -98,7 +98,7 @@ class RigProblem(NamedTuple):
         if near is not None:
             ends = self.rig.ends
             parts = [(near[name] - ends[name][0]) / (ends[name][1] - ends[name][0]) for name in self.names]
-            starts.append(np.clip(parts, OFF_END, 1 - OFF_END))
+            starts.insert(0, np.clip(parts, OFF_END, 1 - OFF_END))
         return min((self._solved(start) for start in starts), key=lambda optimum: optimum.cost)
 
     def _solved(self, theta: np.ndarray) -> OptimizeResult:
@@ -135,12 +135,15 @@ def fit_rig(
     values, low, high = problem.values(theta), dict[str, float](), dict[str, float]()
     inside = (theta > ON_END) & (theta < 1 - ON_END)
     freedom = max(1, len(residual) / correlation_time(residual) - inside.sum())
-    deviations = np.full(len(theta), np.nan)
+    sizes = np.maximum(np.linalg.norm(J, axis=0), TINY)
+    one_deviation = np.sqrt(residual @ residual / freedom)
+    # Of a parameter on its bound, if it were the only one: only whether the record determines it.
+    deviations = np.where(HALF_WIDTH * one_deviation > sizes, np.inf, np.nan)
     if inside.any():
-        scale = np.maximum(np.linalg.norm(J[:, inside], axis=0), TINY)
-        _, sizes, axes = np.linalg.svd(J[:, inside] / scale, full_matrices=False)
-        variances = ((axes.T / np.maximum(sizes, FLAT * sizes[0])) ** 2).sum(axis=1) / scale**2
-        deviations[inside] = np.sqrt(variances * (residual @ residual) / freedom)
+        scale = sizes[inside]
+        _, along, axes = np.linalg.svd(J[:, inside] / scale, full_matrices=False)
+        parts = ((axes.T / np.maximum(along, FLAT * along[0])) ** 2).sum(axis=1)
+        deviations[inside] = np.sqrt(parts) / scale * one_deviation
     for name, deviation in zip(problem.names, deviations, strict=True):
         between = rig.ends[name][1] - rig.ends[name][0]
         half = HALF_WIDTH * deviation * between

@@ -11,6 +11,7 @@ from independent_rig import BORE, CLOSES, OF_B, OPENS, TRUTH, simulated
 from pneumo.evidence.measured_air import PULSES, as_skin, as_store, records
 from pneumo.fit.rig.rig_file import key, rig
 from pneumo.fit.rig.rig_fit import (
+    STARTS,
     RigEstimate,
     RigProblem,
     correlation_time,
@@ -373,7 +374,14 @@ def test_a_search_begins_on_a_logarithmic_scale_or_near_another_fit_off_the_ends
 
     monkeypatch.setattr(RigProblem, "_solved", solved)
     assert problem.solve({"C_d": 2.5, "k_0": 0.0, "T_lag": 6.0}).cost == 1
-    assert begun == [pytest.approx([0.99, 0.01, 0.3]), problem.start(0.5).tolist()]
+    others = [problem.start(position).tolist() for position in STARTS]
+    assert begun == [pytest.approx([0.99, 0.01, 0.3]), *others] and len(STARTS) == 3
+    begun.clear()
+    problem.solve()
+    assert begun == others
+    begun.clear()
+    problem.solve({"C_d": 2.5, "k_0": 0.0, "T_lag": 6.0}, alone=True)
+    assert begun == [pytest.approx([0.99, 0.01, 0.3])]
 
 
 def test_residuals_that_are_zero_or_few_have_no_memory():

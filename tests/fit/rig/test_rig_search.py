@@ -116,6 +116,15 @@ def test_a_parameter_on_a_bound_has_no_interval_and_is_taken_as_known_for_the_ot
     assert np.isfinite(halves(solved([0.3, 0.998], NOISE, COLUMNS))).all()
 
 
+@pytest.mark.parametrize(("bound", "other"), [(0.0005, 0.3), (0.9995, 0.3)])
+def test_a_parameter_that_changes_nothing_is_not_determined_on_a_bound_either(bound, other, solved):
+    deviation = np.sqrt((NOISE @ NOISE) / freedom(NOISE, 1))
+    for half, end in ((0.99, np.nan), (1.01, np.inf)):
+        flat = COLUMNS[:, 1] / np.linalg.norm(COLUMNS[:, 1]) * 1.96 * deviation / half
+        first, second = halves(solved([other, bound], NOISE, np.column_stack([COLUMNS[:, 0], flat])))
+        assert np.isfinite(first) and second == pytest.approx(end, nan_ok=True)
+
+
 def test_what_changes_nothing_or_the_same_as_another_is_not_determined(solved):
     assert halves(solved([0.3, 0.6], NOISE, COLUMNS[:, [0, 0]])) == [np.inf, np.inf]
     seen, unseen = halves(solved([0.3, 0.6], NOISE, COLUMNS * [1.0, 0.0]))
