@@ -8,6 +8,7 @@ from datetime import date
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 from paper_study import STUDY
 
 from pneumo.evidence import kept_copies, kept_samples
@@ -144,7 +145,41 @@ def test_a_residual_counts_as_no_smaller_than_the_rms_of_its_curve(tmp_path):
         differs = kept_copies.differences(KEPT / "measurements.nc", tmp_path / "measurements.nc")
         limit = kept_copies.tolerance("measurements.nc")
         assert [name for name, value in differs.items() if value > limit] == ["value", "error"] * found
-    assert (kept_copies.least_sizes("floor.nc", error) == 0.0).all()
+    assert (kept_copies.least_sizes("floor.nc", kept, "error") == 0.0).all()
+
+
+def test_an_estimate_and_its_ends_may_differ_by_half_the_intervals_half_width():
+    def made(shift):
+        by = ("case", "model")
+        columns = {"estimate": [[9.0, 1e-9]], "low": [[8.0, np.nan]], "high": [[10.0, np.nan]]}
+        data = xr.Dataset({name: (by, values) for name, values in columns.items()})
+        data["estimate"][0, 0] += shift
+        return data.assign(low=data["low"] + shift, high=data["high"] + shift)
+
+    def differs(again):
+        kept = made(0.0)
+        return {
+            name: kept_copies.difference(
+                kept[name].values, again[name].values, kept_copies.least_sizes("measured_air.nc", kept, name)
+            )
+            > kept_copies.tolerance("measured_air.nc", name)
+            for name in kept.data_vars
+        }
+
+    assert differs(made(0.49)) == dict.fromkeys(("estimate", "low", "high"), False)
+    assert differs(made(0.51)) == dict.fromkeys(("estimate", "low", "high"), True)
+    for zero, found in ((-1e-9, False), (0.001, False), (0.01, True)):  # on a bound, beside 9 of others
+        again = made(0.0)
+        again["estimate"][0, 1] = zero
+        assert differs(again)["estimate"] == found
+
+
+def test_an_estimate_that_is_not_determined_may_be_any():
+    by = ("case", "model")
+    kept = xr.Dataset({"estimate": (by, [[9.0]]), "low": (by, [[-np.inf]]), "high": (by, [[np.inf]])})
+    sizes = kept_copies.least_sizes("measured_air.nc", kept, "estimate")
+    assert kept_copies.difference(kept["estimate"].values, np.array([[1e3]]), sizes) == 0.0
+    assert kept_copies.difference(kept["low"].values, np.array([[8.0]]), sizes) == np.inf
 
 
 def test_the_command_prints_a_table_and_refuses_what_differs(inside, monkeypatch):
