@@ -73,6 +73,14 @@ def test_what_a_record_does_not_determine_has_no_numbers_as_its_ends():
     assert "<td>0.810</td><td>-0.500 to 2.50</td>" in page(result)
 
 
+def test_an_estimate_on_a_bound_of_zero_is_zero():
+    result = made().assign_coords(parameter=["k_0_W_per_K", "C_d"])
+    result["estimate"][1, 0] = 1.004e-14
+    assert "<td>k_0_W_per_K</td><td>0</td><td>on its bound</td>" in page(result)
+    result["estimate"][1, 0] = 1e-6
+    assert "<td>1.000e-06</td>" in page(result)
+
+
 def test_page_says_how_models_were_judged():
     assert "first quarter of the pulses" in page(made())
     assert "every second point" in page(made(fitted_until=0.2), several=False)

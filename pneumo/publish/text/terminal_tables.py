@@ -286,6 +286,7 @@ def transient_text(transient: "Transient") -> str:
 RIG_ERRORS = ("model", *ERRORS, "temperature (K)")
 RIG_ESTIMATES = ("model", "parameter", "estimate", "95 % interval")
 ON_BOUND = "on its bound"
+NONE = 1e-9  # estimate, in the unit of its key, that is 0: the smallest of a rig's file is 1e-6
 SIGNED = ("valve_opening_delay_ms", "valve_closing_delay_ms")  # whose ends may be negative
 
 
@@ -309,7 +310,8 @@ def rig_cells(result: xr.Dataset) -> tuple[list[list[str]], list[list[str]]]:
                     ends = f"{significant(low)} to {significant(high)}"
                 else:
                     ends = ends_text(low, high)
-                estimates.append([str(name), str(parameter), significant(value), ends])
+                number = significant(value) if abs(value) > NONE else "0"
+                estimates.append([str(name), str(parameter), number, ends])
     return errors, estimates
 
 
