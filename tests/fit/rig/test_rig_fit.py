@@ -375,7 +375,7 @@ def test_a_search_begins_on_a_logarithmic_scale_or_near_another_fit_off_the_ends
     monkeypatch.setattr(RigProblem, "_solved", solved)
     assert problem.solve({"C_d": 2.5, "k_0": 0.0, "T_lag": 6.0}).cost == 1
     others = [problem.start(position).tolist() for position in STARTS]
-    assert begun == [pytest.approx([0.99, 0.01, 0.3]), *others] and len(STARTS) == 3
+    assert begun == [pytest.approx([0.99, 0.01, 0.3]), *others] and len(STARTS) == 4
     begun.clear()
     problem.solve()
     assert begun == others
