@@ -174,6 +174,18 @@ def test_an_estimate_and_its_ends_may_differ_by_half_the_intervals_half_width():
         assert differs(again)["estimate"] == found
 
 
+def test_one_end_in_a_thousand_may_be_beyond_the_search_on_one_machine():
+    kept = np.ones((200, 10))
+    for count, found in ((2, 0.0), (3, np.inf)):
+        again = kept.copy()
+        again.flat[:count] = np.nan
+        assert kept_copies.difference(kept, again, missing=1e-3) == found
+        assert kept_copies.difference(again, kept, missing=1e-3) == found
+    again = np.where(kept == 1.0, np.inf, kept)
+    assert kept_copies.difference(again, kept, missing=1e-3) == np.inf
+    assert all(name in read(KEPT / file) for file, name in kept_copies.MISSING | kept_copies.INTERVALS)
+
+
 def test_an_estimate_that_is_not_determined_may_be_any():
     by = ("case", "model")
     kept = xr.Dataset({"estimate": (by, [[9.0]]), "low": (by, [[-np.inf]]), "high": (by, [[np.inf]])})
