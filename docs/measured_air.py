@@ -39,10 +39,12 @@ def kilopascals(air: xr.Dataset, variable: str, case: str, model: str) -> str:
 
 
 def estimate(air: xr.Dataset, case: str, model: str, parameter: str, form: str = ".3g") -> str:
-    """An estimate, in bold where it is on a bound."""
+    """An estimate, in bold where it is on a bound; a dash where the record does not determine it."""
     at = {"case": case, "model": model, "parameter": parameter}
-    text = cell(air["estimate"].sel(at), form)
-    return f"**{text}**" if text and np.isnan(air["low"].sel(at).item()) else text
+    text, low = cell(air["estimate"].sel(at), form), air["low"].sel(at).item()
+    if text and np.isinf(low):
+        return "–"
+    return f"**{text}**" if text and np.isnan(low) else text
 
 
 def storage_rows(air: xr.Dataset) -> list[list[str]]:
@@ -201,6 +203,7 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
     assert worse_way["model"].values[worse_way.values.argmin()] == FULL  # as the page says
     replayed = [name for name in MODELS if name in air["model"].values]  # of those that there were
     eq_6 = [name for name in replayed if MODELS[name].temperature == "polytropic"]
+    c = air["spring_c"].sel(wall=LAWS_OF_WALL[2])
     lag = air["estimate"].sel(case="discharge, lag", model=FULL, parameter="T_lag_s").item()
     return {
         "hose": span(pulses, 1),
@@ -235,11 +238,9 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
         "T full": f"{T.sel(model=FULL).item():.0f}",
         "T lag": f"{air['T_error'].sel(case='discharge, lag', model=FULL).item():.0f}",
         "lag": f"{lag:.0f}",
-        "spring friction": spring_text(air, "friction", "A"),
-        **{
-            f"spring c {chamber}": span(c.where(c < SPRING_STORE[1]), 0)
-            for chamber, c in zip("AB", air["spring_c"].sel(wall=LAWS_OF_WALL[2]).T, strict=True)
-        },
+        **{f"spring {record}": spring_text(air, record, "A") for record in SPRINGS},
+        **{f"spring c A {record}": f"{c.sel(record=record, chamber='A').item():.0f}" for record in SPRINGS},
+        "spring c B": span(c.where(c < SPRING_STORE[1]).sel(chamber="B"), 0),
         "store": f"{held.sel(case='discharge, store', model=FULL).item():.1f}",
         "filling": span(held.sel(case="filling"), 1),
         **{f"nitrogen {name}": text for name, text in nitrogen_numbers(air).items()},

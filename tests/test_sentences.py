@@ -76,7 +76,11 @@ def test_sentences_of_measured_air_hold():
     assert back.sel(model=FULL) < 0.5 * back.drop_sel(model=FULL).min()
     spring = air["spring_held_out"].sel(chamber="A")
     constant, eq_7, store = (spring.sel(wall=law) for law in LAWS_OF_WALL[:3])
-    assert (store < 0.65 * constant).all() and store.sel(record="friction") < 10.5e3
+    two, third = (
+        ["2022-01-28", "friction"],
+        "2021-07-26",
+    )  # on which a store is needed, and on which it is not
+    assert (store < 0.65 * constant).sel(record=two).all() and (store > 0.8 * constant).sel(record=third)
     assert (eq_7 > 0.85 * constant).all()
     # A skin of the wall is the same response as a store: its search may end lower, not higher.
     skin = air["spring_held_out"].sel(wall=LAWS_OF_WALL[3])

@@ -263,7 +263,7 @@ def test_a_hose_of_a_vessel_is_more_than_a_thousandth_of_its_volume(monkeypatch)
         return RigEstimate({}, (), {}, {}, 1e3)
 
     monkeypatch.setattr(rig_fit, "fit_rig", fitted)
-    for litres in (0.1, 5, 99):
+    for litres in (0.1, [5, 500], 99):
         assert rig_warnings(rig({"volume_L": litres} | VALVE, "test"), [], 1e3) == []
     assert [low for low, _ in tried] == pytest.approx([0.2e-6, 5e-6, 99e-6], rel=1e-12)
     # Beside the gas of a larger vessel that of any hose is nothing.
