@@ -82,6 +82,10 @@ def test_sentences_of_measured_air_hold():
     )  # on which a store is needed, and on which it is not
     assert (store < 0.65 * constant).sel(record=two).all() and (store > 0.8 * constant).sel(record=third)
     assert (eq_7 > 0.85 * constant).all()
+    # The same law fitted to both chambers at once, by another program.
+    closed = xr.load_dataset(KEPT / "measurements.nc")["held_out_rms"].sel(leakage="none")
+    both = air["spring_held_out"].sel(wall=LAWS_OF_WALL[0]) / closed.sel(law="wall heat, constant")
+    assert (abs(both - 1) < 0.03).all()
     # A skin of the wall is the same response as a store: its search may end lower, not higher.
     skin = air["spring_held_out"].sel(wall=LAWS_OF_WALL[3])
     assert (skin < 1.01 * air["spring_held_out"].sel(wall=LAWS_OF_WALL[2])).all()
