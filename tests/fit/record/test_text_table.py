@@ -112,6 +112,8 @@ def test_decimal_commas_between_commas_are_asked_about():
     assert str(error.value) == f"a.csv: no row of 6 names above the numbers: {remedy}"
     with pytest.raises(InputError, match="such as P_A_kPa"):
         of("t_s,u_V,x_mm\n0,1,2,3,4\n1,2,3,4,5\n")
+    with pytest.raises(InputError, match="such as P_A_kPa"):  # between tabs they are not asked about
+        of("t_s\tu_V\n0\t1\t2\t3\n1\t2\t3\t4\n")
 
 
 def test_a_row_of_two_more_fields_than_numbers_has_no_names():
