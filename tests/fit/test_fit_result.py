@@ -53,6 +53,9 @@ def test_an_open_end_is_red_but_a_search_from_zero_needs_no_lower_one():
     )
     assert light("lag", Interval(1e-3, np.nan, 2e-3), False) == "green"
     assert light("lag", Interval(1e-3, 0.0, np.nan), False) == "red"
+    of_search = Reference(searched=0.1)  # s: green up to a twentieth of it, red above a seventh
+    for high, colour in ((0.004, "green"), (0.008, "yellow"), (0.04, "red")):
+        assert light("lag", Interval(1e-3, np.nan, high), False, of_search) == colour
     assert light("dead_time", Interval(1e-3, np.nan, 2e-3), False) == "red"  # it may be negative
 
 

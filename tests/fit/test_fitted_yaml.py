@@ -236,6 +236,13 @@ def test_a_lag_of_which_the_upper_end_alone_is_known_is_at_most_that_in_file_and
     ]
 
 
+def test_a_dead_time_with_an_upper_end_alone_is_not_determined(mine, tmp_path):
+    low, high = VALUES | {"dead_time": np.nan}, VALUES | {"dead_time": 5e-4}
+    fit = found(full=Estimate(VALUES | {"dead_time": 1e-4}, low, high, *[np.zeros(2)] * 3))
+    text = written(fit, "mine", mine, TEMPLATE)  # it may be negative, so an upper end says little
+    assert re.search("not determined by the record, so as configured: dead time", text)
+
+
 def test_an_estimate_of_zero_has_no_relative_accuracy_and_needs_none():
     zero = Interval(0.0, -0.1, 0.1)
     k_xu = Interval(1e-6, 0.99e-6, 1.01e-6)
