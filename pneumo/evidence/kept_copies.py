@@ -100,7 +100,8 @@ def least_sizes(file: str, dataset: xr.Dataset, name: str) -> np.ndarray:
         half_width = (dataset[high].astype(float) - dataset[low].astype(float)) / 2
         if name in (low, high):  # of an interval with one end, that end itself
             half_width = half_width.fillna(abs(variable))
-        sizes = np.fmax(sizes, part * half_width / tolerance(file, name))
+        by_interval = part * half_width / tolerance(file, name)
+        sizes = sizes.where(~(by_interval > sizes), by_interval)
     return sizes.transpose(*variable.dims).values
 
 
