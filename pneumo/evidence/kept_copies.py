@@ -43,19 +43,22 @@ MEASURED_TIMES = {"full_seconds"}  # differ from run to run
 TOLERANCE = 10.0  # times what the digits explain: another processor, another order of sums
 ALL_DIGITS = 11  # that agree where all are kept: a mean error is a sum of terms that cancel (1.6e-11 seen)
 NOTHING = 1e-12  # of the largest number of a variable: what a kept zero may be elsewhere, by rounding
-# By variable, where a difference that means nothing is larger than `TOLERANCE` allows.
+# By file and variable, where a difference that means nothing is larger than `TOLERANCE` allows: two to three
+# times what was seen on another processor.
 ALLOWED = {
     # Errors of single runs: with Coulomb friction a piston sticks a step earlier or later where a valve is
     # wider by 2e-16 of itself, and errors change by up to 0.5 %; without friction by 6e-14. 13 of 4,000 runs
     # do so.
-    "lowest": 0.01,
-    # Of measured air: temperatures are not fitted, nor is the other run of the vessel. Both follow from
-    # estimates that may be undetermined (`INTERVALS`): 0.7 % and 0.1 % seen on another processor.
-    **dict.fromkeys(("T_error", "T_filling", "other_T", "other_P"), 0.02),
-    # Of measured air, where it is on a bound: a search ends somewhere within 1e-3 of the range. 2e-3 seen.
-    "estimate": 4e-3,
-    # Of fits whose interval is without end, and on what they were not fitted to: 3e-4 and 3e-5 seen there.
-    **{"full_k_0": 1e-3, "full_held_out": 1e-4},
+    ("cylinders.nc", "lowest"): 0.01,
+    # Temperatures are not fitted, nor is the other run of the vessel. Both follow from estimates that may be
+    # undetermined (`INTERVALS`): 0.7 % and 0.1 % seen.
+    **{("measured_air.nc", name): 0.015 for name in ("T_error", "T_filling", "other_T")},
+    ("measured_air.nc", "other_P"): 2e-3,
+    # On a bound: a search ends somewhere within 1e-3 of the range. 1.8e-3 seen.
+    ("measured_air.nc", "estimate"): 4e-3,
+    # Of fits whose interval is without end, and on what they were not fitted to: 3.2e-4 and 2.7e-5 seen.
+    ("fit_coverage.nc", "full_k_0"): 1e-3,
+    ("fit_coverage.nc", "full_held_out"): 8e-5,
 }
 # Dimensions along which a number counts as no smaller than the RMS of all.
 AS_LARGE_AS = {
@@ -83,10 +86,10 @@ MISSING = {("fit_coverage.nc", name): 1e-3 for name in ("low", "high", "full_low
 def tolerance(name: str, variable: str = "") -> float:
     """Allowed relative difference from a variable of a kept file: `TOLERANCE` times 10^-digits of the file.
 
-    More for a variable of `ALLOWED`.
+    More for what `ALLOWED` lists.
     """
     by_digits = TOLERANCE * 10 ** -(COPIES.get(name, Copy()).digits or ALL_DIGITS)
-    return max(by_digits, ALLOWED.get(variable, 0.0))
+    return max(by_digits, ALLOWED.get((name, variable), 0.0))
 
 
 def least_sizes(file: str, dataset: xr.Dataset, name: str) -> np.ndarray:

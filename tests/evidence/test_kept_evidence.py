@@ -183,7 +183,13 @@ def test_one_end_in_a_thousand_may_be_beyond_the_search_on_one_machine():
         assert kept_copies.difference(again, kept, missing=1e-3) == found
     again = np.where(kept == 1.0, np.inf, kept)
     assert kept_copies.difference(again, kept, missing=1e-3) == np.inf
-    assert all(name in read(KEPT / file) for file, name in kept_copies.MISSING | kept_copies.INTERVALS)
+    listed = kept_copies.MISSING | kept_copies.INTERVALS | kept_copies.ALLOWED | kept_copies.AS_LARGE_AS
+    assert all(name in read(KEPT / file) for file, name in listed)
+
+
+def test_what_one_file_may_differ_by_is_not_allowed_in_another():
+    assert kept_copies.tolerance("measured_air.nc", "estimate") == 4e-3
+    assert kept_copies.tolerance("identification.nc", "estimate") == pytest.approx(1e-3, rel=1e-12)
 
 
 def test_an_estimate_that_is_not_determined_may_be_any():

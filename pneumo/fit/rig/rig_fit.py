@@ -93,7 +93,10 @@ class RigProblem(NamedTuple):
         return np.array(theta)
 
     def solve(self, near: Mapping[str, float] | None = None, alone: bool = False) -> OptimizeResult:
-        """Lowest sum of squares from several starts; from `near`, values of another fit, too, or `alone`."""
+        """Lowest sum of squares that a search finds from several starts.
+
+        `near`, values of another fit, are one more start, or with `alone` the only one.
+        """
         starts = [] if alone else [self.start(position) for position in STARTS]
         if near is not None:
             ends = self.rig.ends
@@ -121,7 +124,7 @@ def fit_rig(
     near: Mapping[str, float] | None = None,
     alone: bool = False,
 ) -> RigEstimate:
-    """Estimate of a model from some runs; a search begins at the values `near` too, or there `alone`.
+    """Estimate of a model from some runs; `near` and `alone` as in `RigProblem.solve`.
 
     Intervals are those of least squares with correlated residuals: the number of points is divided by the
     residual's correlation time. They do not include an error of the model itself.

@@ -26,9 +26,9 @@ WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k", "k_0_B")
 def mean_opening(t: np.ndarray, begin: float, lasts: float) -> np.ndarray:
     """Fraction, 0 to 1, by which a valve is open, by sample, as a mean over the steps beside each sample.
 
-    The valve starts to open at `begin` and takes `lasts`, both s; `t` is uniform. Weights of the mean fall
-    on a line from a sample to those beside it. So the fraction, which is linear between samples, has the
-    exact integral over time, and is smooth in `begin` and `lasts`, which a search needs (decision 153).
+    The valve starts to open at `begin` and takes `lasts`, both s; `t` is uniform. The weights of the mean
+    fall linearly from the sample to its neighbours, where they are 0. So the fraction has the exact integral
+    over time, and is smooth in `begin` and `lasts`, which a search needs (decision 153).
     """
     h = t[1] - t[0]
     since = np.clip(t - begin, -h, lasts + h)  # shut before, open after
