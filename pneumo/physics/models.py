@@ -58,7 +58,7 @@ WALL_LAWS = {
 
 
 class Lane(NamedTuple):
-    """Coefficients of one model at one n, as the kernels read them.
+    """Coefficients of one model at one n, or of the full order, as the core reads them.
 
     `lane` sets `flow_scale` to 1, and `wall_scale` to 1 or, without wall heat, to 0. A fit sets others; so
     does a replay with a wrong k_0.
@@ -73,6 +73,7 @@ class Lane(NamedTuple):
     wall_scale: float  #: k_0 of this lane over the plant's; 0 without explicit wall heat
     e_A: float  #: exponent of A_q / A_q0 in the wall law
     e_PT: float  #: exponent of PT / (P_0 T_0) in the wall law
+    full: float = 0.0  #: 1 where the temperature is a state, by eq (5): the full order; 0: it follows by eq (6)
 
 
 def lane(model: Model, n: float, gamma: float) -> Lane:
@@ -94,6 +95,14 @@ def lane(model: Model, n: float, gamma: float) -> Lane:
         e_A=e_A,
         e_PT=e_PT,
     )
+
+
+def full_order_lane(gamma: float, wall_scale: float = 1.0, e_A: float = 1.0, e_PT: float = 0.5) -> Lane:
+    """Coefficients of the full order, eqs (4), (5), (7) and (8), or of one with another wall.
+
+    `wall_scale` is its k_0 over the plant's, 0 if adiabatic; e_A and e_PT are the exponents of its wall law.
+    """
+    return Lane(gamma, gamma, gamma, 0.0, 1.0, 1.0, wall_scale, e_A, e_PT, full=1.0)
 
 
 def temperature(P: float, P_0: float, T_0: float, a: float) -> float:
@@ -133,5 +142,5 @@ def model_dP_dt(
 
 
 def lane_array(lanes: list[Lane]) -> np.ndarray:
-    """Array of coefficients for the compiled kernels: a row for each lane (a model at one n)."""
+    """Array of coefficients for the core: a row for each lane (a model at one n, or a full order)."""
     return np.array(lanes, dtype=float).reshape(len(lanes), len(Lane._fields))

@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pneumo import core
 from pneumo.configuration.experiment import Drive, Experiment, Plant
+from pneumo.configuration.sampling import Sampling
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import (
     Chamber,
@@ -24,6 +26,7 @@ from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.excitation import command, reference_series, reversed_at, reversed_late
 from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, dormand_prince, embedded_error
 
+MOST_HALVINGS = 20  # that the core accepts for a step
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
 RAN, DIVERGED, NOT_POSITIVE = 0, 1, 2
 RUN_STATUS = {
@@ -114,7 +117,7 @@ class Run(NamedTuple):
 
 
 @kernel
-def run(
+def compiled_run(
     y_0: np.ndarray,
     reference: np.ndarray,
     force: float,
@@ -147,6 +150,46 @@ def run(
                 break
             halvings[k] += 1
     reference[steps], sign = reversed_at(states[steps, 0], reference[steps], sign, drive)
+    return Run(states, reference, halvings)
+
+
+def run(
+    y_0: np.ndarray,
+    reference: np.ndarray,
+    force: float,
+    drive: Drive,
+    plant: Plant,
+    h: float,
+    most_halvings: int = 0,
+) -> Run:
+    """Integrate the full-order system by steps of h s of Dormand and Prince's method.
+
+    It starts from the state y_0 and follows the reference of every step, shape (steps + 1,), m in closed loop
+    or V in open loop, under an external force on the piston, N. A step that fails or whose estimated error
+    exceeds 1e-4 of stroke, P_0 or T_0 is repeated in two parts, then in four, up to 2**most_halvings parts.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape, or most_halvings is not 0 to `MOST_HALVINGS`.
+    """
+    reference = np.array(reference, dtype=float)
+    if reference.ndim != 1 or not len(reference):
+        raise ValueError(f"reference: shape {reference.shape}; needed is one number for each step and the end")
+    steps, most = len(reference) - 1, core.whole("most_halvings", most_halvings, 0, MOST_HALVINGS)
+    states, halvings = np.empty((steps + 1, 6)), np.zeros(steps, np.int8)
+    core.lib.run(
+        core.array("y_0", y_0, (6,)),
+        core.out(reference),
+        steps,
+        force,
+        core.struct("Drive", drive),
+        core.struct("Plant", plant),
+        h,
+        most,
+        core.out(states),
+        core.out(halvings),
+    )
     return Run(states, reference, halvings)
 
 
@@ -184,13 +227,49 @@ class Recording(NamedTuple):
     most_halvings: int  # that a replay may make of a step
 
 
-@kernel
 def command_series(states: np.ndarray, reference: np.ndarray, drive: Drive) -> np.ndarray:
     """Command before the limiter at every step, V, shape (steps + 1,)."""
     u = np.empty(len(reference))
-    for k in range(len(u)):
-        u[k] = command(reference[k], states[k, 0], drive)
+    core.lib.command_series(
+        core.array("states", states, (len(u), 6)),
+        core.array("reference", reference, (len(u),)),
+        len(u),
+        core.struct("Drive", drive),
+        core.out(u),
+    )
     return u
+
+
+def core_recording(recording: Recording) -> Any:
+    """C struct of a recording; it keeps the arrays alive that the core reads.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape, or a number of halvings is not 0 to `MOST_HALVINGS`.
+    """
+    steps = len(recording.states) - 1
+    halvings = np.ascontiguousarray(recording.halvings, np.int8)
+    for name, value in (("halvings", halvings.max(initial=0)), ("halvings", halvings.min(initial=0))):
+        core.whole(name, value, 0, MOST_HALVINGS)
+    arrays = (
+        core.array("states", recording.states, (core.whole("steps", steps, 0) + 1, 6)),
+        core.array("reference", recording.reference, (steps + 1,)),
+        core.array("u", recording.u, (steps + 1,)),
+        core.array("halvings", halvings, (steps,), np.int8),
+    )
+    most = core.whole("most_halvings", recording.most_halvings, 0, MOST_HALVINGS)
+    states, reference, u, halvings = arrays
+    values = states, reference, u, recording.drive, recording.plant, recording.h, halvings, most, steps
+    return core.keep(core.struct("Recording", values), arrays)
+
+
+def core_sampling(sampling: Sampling) -> Any:
+    """C struct of a sampling; `ValueError` if delays are not finite or `every` is not positive."""
+    core.whole("every", sampling.every, 1)
+    if not all(abs(delay) < core.LONGEST for delay in sampling.delay):
+        raise ValueError(f"delay = {sampling.delay}: must be finite")
+    return core.struct("Sampling", sampling)
 
 
 def recorded(experiment: Experiment, draws: np.ndarray) -> Recording:

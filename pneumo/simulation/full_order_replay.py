@@ -4,20 +4,19 @@
 A row is one set of parameters of the full order; it corresponds to a lane, one reduced model at one n.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, sign_of, volume
-from pneumo.physics.models import WALL_LAWS
+from pneumo.physics.cylinder import Chamber, heat_area, volume
+from pneumo.physics.models import WALL_LAWS, full_order_lane, lane_array
 from pneumo.physics.valve import chamber_flows
-from pneumo.simulation.compiled import inlined, kernel
-from pneumo.simulation.full_order import RAN, Recording, failure
-from pneumo.simulation.runge_kutta import STAGES, dormand_prince, embedded_error
-from pneumo.simulation.signals import replay_in_blocks, replay_tolerance
+from pneumo.simulation.compiled import inlined
+from pneumo.simulation.full_order import Recording
+from pneumo.simulation.replay import replay_in_parts
 
 
 class FullRow(NamedTuple):
@@ -51,97 +50,6 @@ def full_row_rates(
     )
 
 
-@inlined
-def _rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
-    inputs, sign, chamber, plant, row = context
-    u, x, v = sign * inputs[i, 0], sign * inputs[i, 1], sign * inputs[i, 2]
-    dy[0], dy[1] = full_row_rates(u, x, v, y[0], y[1], chamber, plant, row)
-
-
-_step, _estimate = dormand_prince(_rates), embedded_error(_rates)
-
-
-@inlined
-def _row_step(
-    y: np.ndarray, context: Any, h: float, estimated: bool, Y: np.ndarray, K: np.ndarray, error: np.ndarray
-) -> float:
-    """Advance y = (P, T) of one chamber in place by h s.
-
-    Returns the larger estimated error, of P over P_0 or of T over T_0; infinite where the step failed, 0
-    unless `estimated`.
-    """
-    _step(y, context, h, Y, K, y)
-    if not (y[0] > 0 and y[1] > 0):
-        return np.inf
-    if not estimated:
-        return 0.0
-    conditions = context[3].conditions
-    _estimate(y, context, h, K, error)
-    largest = max(abs(error[0]) / conditions.P_0, abs(error[1]) / conditions.T_0)
-    return largest if largest < np.inf else np.inf
-
-
-@kernel
-def _replay_rows(
-    first: int,
-    inputs: np.ndarray,
-    halvings: np.ndarray,
-    again: bool,
-    states: np.ndarray,
-    plant: Plant,
-    h: float,
-    most: int,
-    tolerance: float,
-    rows: np.ndarray,
-    before: np.ndarray,
-    after: np.ndarray,
-    coarse: np.ndarray,
-    squares: np.ndarray,
-) -> int:
-    """Replay consecutive steps of all rows, and add their squared errors, Pa^2, to `squares`, (row, chamber).
-
-    This is `advance` of `pneumo.simulation.signals.replay_in_blocks`, and returns the number of steps done.
-    States (P, T) `before` and `after` a step have shape (row, chamber, 2); `coarse`, shape (row, chamber),
-    says for which of them the step has to be halved.
-    """
-    Y, K, error = np.empty((STAGES, 2)), np.empty((STAGES + 1, 2)), np.empty(2)
-    place = 0
-    for j in range(len(halvings)):
-        parts, some_coarse = 1 << halvings[j], False
-        for side in range(2):
-            sign, chamber = sign_of(side), chamber_of(plant.cylinder, side)
-            for i in range(len(rows)):
-                row, start, now = (
-                    FullRow(rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3]),
-                    before[i, side],
-                    after[i, side],
-                )
-                if not again:
-                    start[0], start[1] = now[0], now[1]
-                    coarse[i, side] = start[0] > 0
-                if not coarse[i, side]:
-                    continue
-                largest, now[0], now[1] = 0.0, start[0], start[1]
-                for part in range(place, place + parts):
-                    context = (inputs[part], sign, chamber, plant, row)
-                    largest = max(largest, _row_step(now, context, h / parts, most > 0, Y, K, error))
-                coarse[i, side] = not largest <= tolerance
-                some_coarse = some_coarse or coarse[i, side]
-        if some_coarse and halvings[j] < most:
-            return j
-        place += parts
-        for side in range(2):
-            for i in range(len(rows)):
-                now = after[i, side]
-                if not (now[0] > 0 and now[1] > 0):
-                    now[0] = now[1] = np.nan
-                difference = states[first + j + 1, 2 + 2 * side] - now[0]
-                squares[i, side] += difference * difference
-                if not difference * difference < np.inf:
-                    squares[i, side] = np.nan
-    return len(halvings)
-
-
 def full_order_mse(recording: Recording, rows: list[FullRow], sampling: Sampling) -> np.ndarray:
     """Mean square pressure error of full-order models with other parameters, Pa^2, shape (row, chamber).
 
@@ -149,11 +57,9 @@ def full_order_mse(recording: Recording, rows: list[FullRow], sampling: Sampling
     pressures. A step whose estimated error is too large is halved, as in `pneumo.simulation.replay.replay`.
     NaN where a replay or the run itself failed.
     """
-    if failure(recording.states)[0] != RAN:
-        return np.full((len(rows), 2), np.nan)
-    states, plant, h, most = recording.states, recording.plant, recording.h, recording.most_halvings
-    after, squares = np.tile(states[0, 2:].reshape(2, 2), (len(rows), 1, 1)), np.zeros((len(rows), 2))
-    work = np.array(rows, dtype=float), np.empty_like(after), after, np.empty((len(rows), 2), bool), squares
-    common = states, plant, h, most, replay_tolerance(sampling), *work
-    replay_in_blocks(recording, sampling, lambda *steps: _replay_rows(*steps, *common))
-    return squares / len(states)
+    gamma = recording.plant.gas.gamma
+    lanes = [
+        full_order_lane(gamma, row.wall_scale, row.e_A, row.e_PT)._replace(flow_scale=row.flow_scale)
+        for row in rows
+    ]
+    return replay_in_parts(recording, lane_array(lanes), sampling, lambda *_: None).mse

@@ -1,4 +1,3 @@
-# pyright: basic
 """A network of gas nodes: chambers, vessels, hoses and supplies, joined by restrictions.
 
 A node is a volume of gas with one pressure and one temperature; a hose is a node of constant volume. Each
@@ -9,18 +8,15 @@ The study's own kernels, for two chambers behind one servo-valve, neither use th
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo import core
 from pneumo.physics.models import Lane, Model, lane, temperature
-from pneumo.physics.valve import Gas, laminar_factor, mass_flow
-from pneumo.simulation.compiled import inlined, kernel
-from pneumo.simulation.full_order import copy_state
-from pneumo.simulation.runge_kutta import STAGES, C, dormand_prince
+from pneumo.physics.valve import Gas
+from pneumo.simulation.runge_kutta import STAGES
 
-inlined(temperature)
 LAMINAR = 5e-3  # 1 - P_d / P_u below which a flow is proportional to it: no step follows the bare root
 # Rate times step, for the fastest node, up to which a step is stable; the method's own limit is 3.3.
 STABLE = 2.5
@@ -28,11 +24,6 @@ ACCURATE = (
     0.25  # largest relative change of a pressure in a step, by a sonic flow from the highest to the lowest
 )
 HOTTEST = 400.0  # K, in the estimate of that rate
-
-PRESSURE, TEMPERATURE, STORE = range(3)  # rows of a state, each with a column for each node
-# Rows of the work space: pressure and temperature of nodes and surroundings, flows in and out, and the sum of
-# inflows times their temperature.
-P_OF, T_OF, M_IN, M_OUT, MT_IN = range(5)
 
 
 class Node(NamedTuple):
@@ -49,13 +40,6 @@ class Node(NamedTuple):
     k_store: float = 0.0  #: conductance to a heat store beside the gas, W/K
     c_store: float = 0.0  #: heat capacity of the store, J/K; none where 0
     k_back: float = 0.0  #: conductance from the store to the wall, W/K
-
-
-# Columns of a node's row in the kernel: the fields of its lane, then the others.
-N_V, N_IN, N_OUT, EXPONENT, MIXING, _, WALL_SCALE, E_A, E_PT = range(len(Lane._fields))
-FULL, P_START, T_START, P_0, T_0, T_WALL, K_0, K_STORE, C_STORE, K_BACK = (
-    len(Lane._fields) + i for i in range(len(Node._fields) - 1)
-)
 
 
 class Link(NamedTuple):
@@ -86,96 +70,6 @@ def full_order_lane(gamma: float, e_A: float = 0.0, e_PT: float = 0.0) -> Lane:
 def law(model: Model | None, n: float, gamma: float) -> tuple[Lane, bool]:
     """Fields `lane` and `full` of a `Node` by a reduced model at n, or by the full order if model is None."""
     return (full_order_lane(gamma), True) if model is None else (lane(model, n, gamma), False)
-
-
-@inlined
-def network_rates(y: np.ndarray, i: int, context: Any, dy: np.ndarray) -> None:
-    """Write the rates of all nodes at Runge-Kutta stage i into dy.
-
-    The state y holds the pressures of all nodes, then their temperatures, then those of their heat stores.
-    """
-    j, part, parts, h, V, areas, ratios, nodes, links, outside, gas, work = context
-    count, at = len(nodes), (part + C[i]) / parts
-    for s in range(count):
-        row = nodes[s]
-        work[P_OF, s] = y[s]
-        # (6), or the state
-        work[T_OF, s] = (
-            y[count + s] if row[FULL] > 0 else temperature(y[s], row[P_0], row[T_0], row[EXPONENT])
-        )
-        work[M_IN, s], work[M_OUT, s], work[MT_IN, s] = 0.0, 0.0, 0.0
-    for s in range(len(outside)):
-        work[P_OF, count + s], work[T_OF, count + s] = outside[s, 0], outside[s, 1]
-    for e in range(len(links)):
-        up, down, A_t = int(links[e, 0]), int(links[e, 1]), areas[e, j] + at * (areas[e, j + 1] - areas[e, j])
-        if work[P_OF, down] > work[P_OF, up]:
-            up, down, A_t = down, up, A_t * links[e, 3]
-        P_u, P_d, T_u = work[P_OF, up], work[P_OF, down], work[T_OF, up]
-        if A_t <= 0:
-            continue
-        b = links[e, 2]
-        through = Gas(gas.R, gas.gamma, gas.sonic_coefficient, b, True) if b > 0 else gas
-        m = mass_flow(A_t * laminar_factor(P_u, P_d, LAMINAR), P_u, P_d, T_u, through)
-        work[M_OUT, up] += m
-        work[M_IN, down] += m
-        work[MT_IN, down] += m * T_u
-    g = gas.gamma
-    for s in range(count):
-        row, P, T, m_in, m_out = nodes[s], y[s], work[T_OF, s], work[M_IN, s], work[M_OUT, s]
-        dV_dt = (V[s, j + 1] - V[s, j]) / h
-        volume, ratio = V[s, j] + at * h * dV_dt, ratios[s, j] + at * (ratios[s, j + 1] - ratios[s, j])
-        T_in = work[MT_IN, s] / m_in if m_in > 0 else T
-        conductance = wall_conductance(row[K_0], ratio, P * T / (row[P_0] * row[T_0]), row[E_A], row[E_PT])
-        heat = row[WALL_SCALE] * wall_heat(T, conductance, row[T_WALL])
-        dy[count + s], dy[2 * count + s] = 0.0, 0.0
-        if row[C_STORE] > 0:
-            stored = row[K_STORE] * (T - y[2 * count + s])
-            heat -= stored
-            dy[2 * count + s] = (stored + row[K_BACK] * (row[T_WALL] - y[2 * count + s])) / row[C_STORE]
-        T_inlet = row[MIXING] * T_in + (1 - row[MIXING]) * T
-        dy[s] = dP_dt(
-            P, T, volume, dV_dt, m_in, m_out, T_inlet, heat, row[N_V], row[N_IN], row[N_OUT], gas.R, g
-        )
-        if row[FULL] > 0:
-            dy[count + s] = dT_dt(P, T, volume, dV_dt, m_in, m_out, T_in, heat, gas.R, g)
-
-
-_step = dormand_prince(network_rates)
-
-
-@kernel
-def _replayed(
-    nodes: np.ndarray,
-    links: np.ndarray,
-    outside: np.ndarray,
-    V: np.ndarray,
-    areas: np.ndarray,
-    ratios: np.ndarray,
-    gas: Gas,
-    h: float,
-    parts: int,
-) -> np.ndarray:
-    """States as in `network_rates`, shape (sample, 3 * node).
-
-    NaN from the sample on at which a pressure or temperature is no longer positive.
-    """
-    count, samples = V.shape
-    states = np.full((samples, 3 * count), np.nan)
-    y = np.empty(3 * count)
-    for s in range(count):
-        y[s], y[count + s], y[2 * count + s] = nodes[s, P_START], nodes[s, T_START], nodes[s, T_WALL]
-    Y, K = np.empty((STAGES, 3 * count)), np.empty((STAGES, 3 * count))
-    work = np.empty((5, count + len(outside)))
-    copy_state(y, states[0])
-    for j in range(samples - 1):
-        for part in range(parts):
-            context = (j, part, parts, h, V, areas, ratios, nodes, links, outside, gas, work)
-            _step(y, context, h / parts, Y, K, y)
-        for s in range(count):
-            if not (y[s] > 0 and (nodes[s, FULL] == 0 or y[count + s] > 0)):
-                return states
-        copy_state(y, states[j + 1])
-    return states
 
 
 def fastest_rate(
@@ -246,17 +140,29 @@ def replay(
         temperature is no longer positive.
     """
     parts = max(1, int(np.ceil(h * fastest_rate(nodes, links, surroundings, V, areas, gas))))
-    rows = np.array([(*node.lane, *node[1:]) for node in nodes], dtype=float)
-    states = _replayed(
-        rows,
-        np.array(links, dtype=float).reshape(len(links), 4),
-        np.array(surroundings, dtype=float).reshape(len(surroundings), 2),
-        np.ascontiguousarray(V, dtype=float),
-        np.ascontiguousarray(areas, dtype=float).reshape(len(links), V.shape[1]),
-        np.ones_like(V) if area_ratios is None else np.ascontiguousarray(area_ratios, dtype=float),
-        gas,
+    rows = np.array([(*node.lane._replace(full=float(node.full)), *node[2:]) for node in nodes], dtype=float)
+    count, samples = V.shape
+    ends = count + len(surroundings)
+    for link in links:
+        for end in link[:2]:
+            core.whole("end of a link", end, 0, ends - 1)
+    states = np.full((samples, 3 * count), np.nan)
+    core.lib.replay_network(
+        core.array("nodes", rows, (count, len(Lane._fields) + len(Node._fields) - 2)),
+        count,
+        core.array("links", np.array(links, dtype=float).reshape(len(links), 4), (None, 4)),
+        len(links),
+        core.array("surroundings", np.array(surroundings, dtype=float).reshape(-1, 2), (None, 2)),
+        len(surroundings),
+        core.array("V", V, (count, samples)),
+        core.array("areas", np.reshape(areas, (len(links), samples)), (len(links), samples)),
+        core.array("area_ratios", np.ones_like(V) if area_ratios is None else area_ratios, (count, samples)),
+        core.whole("samples", samples, 1),
+        core.struct("Gas", gas),
         h,
-        parts,
+        core.whole("parts", parts, 1),
+        core.out(np.empty((2 * STAGES + 1) * 3 * count + 5 * ends)),
+        core.out(states),
     )
     P, T, T_store = states.T.reshape(3, *V.shape)
     eq_6 = [

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pneumo import core
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import Chamber, Side, acceleration, chamber_of, motion, sign_of, stopped
-from pneumo.physics.models import Lane, temperature
+from pneumo.physics.models import Lane, full_order_lane, temperature
 from pneumo.physics.valve import chamber_flows
-from pneumo.simulation.compiled import inlined, kernel
-from pneumo.simulation.full_order import copy_state
+from pneumo.simulation.compiled import inlined
 from pneumo.simulation.full_order_replay import FullRow, full_row_rates
 from pneumo.simulation.reference import lane_rate_with_flows
 
@@ -75,6 +75,7 @@ def _with_k_0(model: FilterModel, ln_k_0: float) -> tuple[Lane, FullRow]:
             k * lane.wall_scale,
             lane.e_A,
             lane.e_PT,
+            lane.full,
         ),
         FullRow(k * row.wall_scale, row.flow_scale, row.e_A, row.e_PT),
     )
@@ -288,7 +289,6 @@ def first_estimate(x: float, first: np.ndarray, plant: Plant, noise: Noise) -> t
     return y, C
 
 
-@kernel
 def estimated(
     x: np.ndarray,
     P: np.ndarray,
@@ -310,12 +310,22 @@ def estimated(
     first : numpy.ndarray
         First estimate of P_A and P_B, Pa.
     """
-    estimates, variances = np.empty((len(x), SIZE)), np.zeros((len(x), SIZE))
-    (y, C), W = first_estimate(x[0], first, plant, noise), np.empty((4, SIZE, SIZE))
-    for k in range(len(x)):
-        correct_all(y, C, x[k], P[k], plant, model, noise)
-        copy_state(y, estimates[k])
-        for s in range(SIZE):
-            variances[k, s] = C[s, s]
-        predict(y, C, u[k], plant, model, noise, h, W)
+    row, lane, samples = model.full_row, model.lane, len(x)
+    if model.full:
+        lane = full_order_lane(plant.gas.gamma, row.wall_scale, row.e_A, row.e_PT)
+        lane = lane._replace(flow_scale=row.flow_scale)
+    estimates, variances = np.empty((samples, SIZE)), np.zeros((samples, SIZE))
+    core.lib.kalman_filter(
+        core.array("x", x, (samples,)),
+        core.array("P", P, (samples, 2)),
+        core.array("u", u, (samples,)),
+        core.array("first", first, (2,)),
+        samples,
+        core.struct("FilterModel", (model.estimates_k_0, lane)),
+        core.struct("Plant", plant),
+        core.struct("Noise", noise),
+        h,
+        core.out(estimates),
+        core.out(variances),
+    )
     return estimates, variances

@@ -25,7 +25,7 @@ inlined(model_dP_dt)
 @inlined
 def lane_of(row: np.ndarray) -> Lane:
     """Return a row of `pneumo.physics.models.lane_array` as a `Lane` with named coefficients."""
-    return Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
+    return Lane(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], row[9])
 
 
 @inlined

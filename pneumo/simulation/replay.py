@@ -1,17 +1,24 @@
-"""Replays of reduced models on recorded runs, Fig. 6: the one entry, whichever kernel computes them."""
+"""Replays of reduced models, and of full orders with other parameters, on recorded runs: Fig. 6."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from pneumo import core
+from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import Sampling
-from pneumo.simulation.full_order import RAN, Recording, failure
+from pneumo.physics.models import Lane
+from pneumo.simulation.full_order import RAN, Recording, core_recording, core_sampling, failure
+from pneumo.simulation.polynomials import flow_polynomial
 from pneumo.simulation.reference import replay_lanes
-from pneumo.simulation.vectorised import ROW, followed, needs, replay_block
+from pneumo.simulation.vectorised import followed, needs
 
 OK, LEFT_RANGE, NO_RUN = 0, 1, 2
 STATUS = {OK: "ok", LEFT_RANGE: "pressure left the positive numbers", NO_RUN: "no full-order run"}
+ROW: int = core.lib.ROW  # lanes that are replayed side by side
+WIDTH: int = core.lib.WIDTH  # their number is padded to a multiple of this
+BLOCK = 4096  # steps whose pressures are handed on at once
 
 
 class Replayed(NamedTuple):
@@ -31,24 +38,25 @@ TakePressures = Callable[[np.ndarray, int, np.ndarray], None]
 
 
 def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1) -> Replayed:
-    """Replay reduced models in both chambers on the signals of a run, and compare their pressures with it.
+    """Replay models in both chambers on the signals of a run, and compare their pressures with it.
 
-    `lanes`, shape (lane, 9), has a row of coefficients for each model and n, from
+    `lanes`, shape (lane, 10), has a row of coefficients for each model and n, from
     `pneumo.physics.models.lane_array`; `sampling` says how the signals are read; `stride` is the number of
     steps between stored pressures.
 
-    The vectorised kernel computes most lanes. The readable kernel computes those that the vectorised one
-    cannot: an unusual wall law or valve, or a pressure too far from P_0. Where the run itself failed, every
-    lane has the status "no full-order run" (`NO_RUN`).
+    Most lanes are replayed side by side. Those that cannot be (the full order, an unusual wall law or valve, a
+    pressure too far from P_0) follow one after another. Where the run itself failed, every lane has the
+    status "no full-order run" (`NO_RUN`).
     """
     different, index = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1
     pressure = np.full((len(different), 2, (len(recording.states) - 1) // stride + 1), np.nan)
 
     def store(of_lanes: np.ndarray, first: int, P: np.ndarray) -> None:
-        pressure[of_lanes, :, 0] = recording.plant.conditions.P_0
         pressure[of_lanes, :, first : first + len(P)] = P.T
 
     result = replay_in_parts(recording, different, sampling, store, stride)
+    if result.status.min(initial=OK) != NO_RUN:
+        pressure[..., 0] = first_states(recording, different)[..., 0]
     index = index.ravel()  # NumPy 2.0 gives it another axis
     return Replayed(*(values[index] for values in result._replace(pressure=pressure)))
 
@@ -61,6 +69,7 @@ def replay_in_parts(
     `pressure` of the result is empty.
     """
     shape = (len(lanes), 2)
+    core.whole("stride", stride, 1)
     run_status, step = failure(recording.states)
     if run_status != RAN:
         return _no_replay(shape, step)
@@ -72,7 +81,7 @@ def replay_in_parts(
         failure_step=np.full(shape, -1),
         pressure=np.empty((*shape, 0)),
     )
-    able = followed(lanes, recording.plant)
+    able = followed(lanes, recording.plant) & (Lane(*lanes.T).full == 0)
     fast = np.flatnonzero(able)[np.argsort(needs(lanes[able]), kind="stable")]
     for first in range(0, len(fast), ROW):
         block = fast[first : first + ROW]
@@ -80,25 +89,50 @@ def replay_in_parts(
         def take_stored(sample: int, P: np.ndarray, block: np.ndarray = block) -> None:
             take(block, -(-sample // stride), P[-sample % stride :: stride])
 
-        result.mean_error[block], result.mse[block] = replay_block(
-            recording, lanes[block], sampling, take_stored
-        )
+        moments = replay_side_by_side(recording, lanes[block], sampling, take_stored)
+        result.mean_error[block], result.mse[block] = moments
     with np.errstate(over="ignore"):  # of a lane that failed
         result.variance[:] = result.mse - result.mean_error**2
     rest = ~able
     rest[fast] = ~np.isfinite(result.mse[fast]).all(axis=1)
     if rest.any():
-        by_reference = replay_by_reference(recording, lanes[rest], sampling, stride)
-        take(np.flatnonzero(rest), 1, by_reference.pressure[..., 1:].T)
-        for values, values_of_rest in zip(result[:-1], by_reference[:-1], strict=True):
+        one_by_one = replay_one_by_one(recording, lanes[rest], sampling, stride)
+        take(np.flatnonzero(rest), 1, one_by_one.pressure[..., 1:].T)
+        for values, values_of_rest in zip(result[:-1], one_by_one[:-1], strict=True):
             values[rest] = values_of_rest
     return result
+
+
+def first_states(recording: Recording, lanes: np.ndarray) -> np.ndarray:
+    """First pressure and temperature of every lane: P_0 and T_0, or those of the run: (lane, chamber, 2)."""
+    c = recording.plant.conditions
+    own = np.broadcast_to(recording.states[0, 2:].reshape(2, 2), (len(lanes), 2, 2))
+    full = Lane(*np.asarray(lanes, dtype=float).T).full != 0
+    return np.where(full[:, np.newaxis, np.newaxis], own, np.array([c.P_0, c.T_0]))
+
+
+def replay_one_by_one(
+    recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1
+) -> Replayed:
+    """Replay lanes one after another, by the equations themselves; parameters are those of `replay`."""
+    count, samples = len(lanes), len(recording.states)
+    moments, failed_at = np.empty((count, 2, 2)), np.empty((count, 2), np.int64)
+    pressure = np.empty((count, 2, (samples - 1) // core.whole("stride", stride, 1) + 1))
+    y, rows = first_states(recording, lanes).copy(), _lane_rows(lanes)
+    run, rule = core_recording(recording), core_sampling(sampling)
+    core.lib.replay_scalar(
+        run, rule, rows, count, stride, *(core.out(a) for a in (y, moments, failed_at, pressure))
+    )
+    # The error at t = 0 is zero by construction and counts.
+    mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
+    status = np.where(failed_at >= 0, LEFT_RANGE, OK).astype(np.int8)
+    return Replayed(mean_error, mse - mean_error**2, mse, status, failed_at, pressure)
 
 
 def replay_by_reference(
     recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1
 ) -> Replayed:
-    """Replay all lanes with the readable, slow kernel; parameters are those of `replay`."""
+    """Replay all lanes with the readable kernel; parameters are those of `replay`."""
     moments, failed_at, pressure = replay_lanes(recording, lanes, sampling, stride)
     samples = len(recording.states)  # the error at t = 0 is zero by construction and counts
     mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
@@ -106,8 +140,62 @@ def replay_by_reference(
     return Replayed(mean_error, mse - mean_error**2, mse, status, failed_at, pressure)
 
 
+def _lane_rows(lanes: np.ndarray) -> Any:
+    return core.rows("lanes", lanes, "Lane", len(Lane._fields))
+
+
 def _no_replay(shape: tuple[int, int], step: int) -> Replayed:
     """Result of a replay on a run that failed at `step`: no statistics, status "no full-order run"."""
     nothing = np.full(shape, np.nan)
     status, failed = np.full(shape, NO_RUN, dtype=np.int8), np.full(shape, step)
     return Replayed(nothing, nothing, nothing, status, failed, np.empty((*shape, 0)))
+
+
+class LanesSideBySide(NamedTuple):
+    """Coefficients, pressures and sums of up to `ROW` lanes, in the core's layout."""
+
+    struct: Any  # the C struct `Lanes`
+    psi: Any  # polynomial of the subsonic flow, and its number of terms
+    terms: int
+    padded: int  # number of lanes, with those of padding
+
+    @classmethod
+    def of(cls, lanes: np.ndarray, plant: Plant) -> "LanesSideBySide":
+        """Lanes, sorted by `needs`, with the first pressures P_0."""
+        core.whole("lanes", len(lanes), 1, ROW)
+        psi, _ = flow_polynomial(plant.gas)
+        struct = core.zeroed("Lanes")
+        core.lib.start_lanes(struct, _lane_rows(lanes), len(lanes), core.struct("Plant", plant))
+        return cls(struct, core.array("psi", psi, (None,)), len(psi), -(-len(lanes) // WIDTH) * WIDTH)
+
+    def row(self, values: Any) -> np.ndarray:
+        """Array over the memory of one row of the struct: a number of every lane."""
+        return np.frombuffer(core.ffi.buffer(values), dtype=float)
+
+
+def replay_side_by_side(
+    recording: Recording, lanes: np.ndarray, sampling: Sampling, take: Callable[[int, np.ndarray], None]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Replay up to `ROW` lanes, sorted by `needs`, in both chambers on the signals of one run.
+
+    Parameters
+    ----------
+    take
+        ``take(step, pressure)`` is handed the pressures, Pa, shape (step, chamber, lane), of consecutive
+        samples, from sample `step` on; the first call begins with sample 1. They are valid until it returns.
+
+    Returns
+    -------
+    mean_error, mse : numpy.ndarray
+        Mean, Pa, and mean square, Pa^2, of the full-order minus the reduced pressure, shape (lane, chamber);
+        NaN where a pressure left the range of the core's polynomials.
+    """
+    samples, count, W = len(recording.states), len(lanes), LanesSideBySide.of(lanes, recording.plant)
+    run, rule = core_recording(recording), core_sampling(sampling)
+    pressure = np.empty((min(BLOCK, samples - 1), 2, W.padded))
+    for first in range(0, samples - 1, BLOCK):
+        end = min(first + BLOCK, samples - 1)
+        core.lib.replay_lanes(run, rule, first, end, W.struct, W.psi, W.terms, core.out(pressure))
+        take(first + 1, pressure[: end - first, :, :count])
+    sums, squares = ([W.row(of[side][0])[:count] for side in range(2)] for of in (W.struct.sum, W.struct.squares))
+    return np.array(sums).T / samples, np.array(squares).T / samples

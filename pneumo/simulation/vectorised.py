@@ -310,7 +310,7 @@ def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
     _, error = flow_polynomial(plant.gas)
     if error > FLOW_TOLERANCE or plant.valve.laminar or plant.valve.leak:
         return np.zeros(len(lanes), dtype=bool)
-    _, _, _, a, _, _, wall_scale, e_A, e_PT = lanes.T
+    _, _, _, a, _, _, wall_scale, e_A, e_PT, _ = lanes.T
     law = (e_PT == 0) & ((e_A == 0) | (e_A == 1)) | (e_PT == 0.5) & (e_A == 1)
     # |lp| > 700, which is P <= 0, has to be outside the reach of the exponential.
     return ((wall_scale == 0) | law) & ((a == 0) | (np.abs(a) / 2 * 700 > EXP_REACH))
@@ -329,7 +329,7 @@ def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.ui
     """
     c, count = plant.conditions, -(-len(lanes) // WIDTH) * WIDTH
     lanes = lanes[np.minimum(np.arange(count), len(lanes) - 1)]
-    n_V, n_in, n_out, a, mixing, flow_scale, wall_scale, e_A, e_PT = lanes.T
+    n_V, n_in, n_out, a, mixing, flow_scale, wall_scale, e_A, e_PT, _ = lanes.T
     n_in, n_out = n_in * flow_scale, n_out * flow_scale
     rows = {
         N_V: n_V,

@@ -7,7 +7,7 @@ from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulation.compiled import inlined, kernel
 from pneumo.simulation.excitation import command, reference_series, reversed_at
-from pneumo.simulation.full_order import Recording, copy_state, equilibrium, run
+from pneumo.simulation.full_order import Recording, compiled_run, copy_state, equilibrium
 
 HELD = Drive(False, 0.0, np.inf, each_stage=False)  # the reference is the command, for the whole sample
 X_STEP = 1e-5  # m, of the position sensor
@@ -43,7 +43,7 @@ def held_step(
     y: np.ndarray, u: float, force: float, plant: Plant, h: float, most_halvings: int
 ) -> tuple[np.ndarray, int]:
     """States one sample (h s) later, and how often the step was halved; u, V, and force, N, are constant."""
-    done = run(y, np.array([u, u]), force, HELD, plant, h, most_halvings)
+    done = compiled_run(y, np.array([u, u]), force, HELD, plant, h, most_halvings)
     return done.states[1], done.halvings[0]
 
 

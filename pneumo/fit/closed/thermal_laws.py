@@ -14,9 +14,8 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import OptimizeResult, least_squares
 
+from pneumo import core
 from pneumo.fit.fit_result import Estimate
-from pneumo.physics.chamber import dP_dt, wall_conductance, wall_heat
-from pneumo.simulation.compiled import kernel
 
 R_NITROGEN, GAMMA = 296.80, 1.4  # J/(kg K); at 0.3 to 1.6 MPa nitrogen is perfect within 1 %
 T_WALL = 293.15  # K. ASSUME: not in the records; k scales with its inverse, predictions do not depend on it
@@ -106,7 +105,6 @@ def is_still(record: ClosedRecord) -> bool:
     return bool(np.max(np.ptp(record.P, axis=1) / record.P.mean(axis=1)) < STILL)
 
 
-@kernel
 def closed_chambers(
     P: np.ndarray,
     measured: np.ndarray,
@@ -132,40 +130,28 @@ def closed_chambers(
     `PT_0`; `leak` is the mass flow from A to B over P_A - P_B, kg/(s Pa). A chamber that is not `closed` has
     the `measured` pressure and the temperature of the wall.
     """
-    pressures = np.empty(V.shape)
-    mass = P * V[:, 0] / (R * T_wall * start)
-    y = np.array([P[0], P[1], mass[0], mass[1]])
-    rate, total, z, T = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(2)
-    pressures[:, 0] = y[:2]
-    for j in range(V.shape[1] - 1):
-        total[:] = 0.0
-        for stage in range(4):
-            at = 0.0 if stage == 0 else 1.0 if stage == 3 else 0.5
-            for i in range(4):
-                z[i] = y[i] + h * at * rate[i]
-            for c in range(2):
-                if not closed[c]:
-                    z[c], T[c] = measured[c, j] + at * (measured[c, j + 1] - measured[c, j]), T_wall
-                    continue
-                T[c] = z[c] * (V[c, j] + at * (V[c, j + 1] - V[c, j])) / (z[2 + c] * R)
-            flow = leak * (z[0] - z[1])
-            upstream = T[0] if flow > 0 else T[1]
-            for c in range(2):
-                if not closed[c]:
-                    continue
-                m_in, m_out = max(0.0, flow if c == 1 else -flow), max(0.0, -flow if c == 1 else flow)
-                dV_dt = (V[c, j + 1] - V[c, j]) / h
-                ratio = area_ratio[c, j] + at * (area_ratio[c, j + 1] - area_ratio[c, j])
-                conductance = wall_conductance(k[c], ratio, z[c] * T[c] / PT_0, e_A, e_PT)  # (7), (8)
-                heat = wall_heat(T[c], conductance, T_wall)
-                volume = V[c, j] + at * h * dV_dt
-                rate[c] = dP_dt(z[c], T[c], volume, dV_dt, m_in, m_out, upstream, heat, n, n, n, R, gamma)
-                rate[2 + c] = m_in - m_out
-            total += rate * (1.0 if stage in (0, 3) else 2.0)
-        y = y + h / 6 * total
-        for c in range(2):
-            pressures[c, j + 1] = y[c] if closed[c] else measured[c, j + 1]
-    return pressures
+    pressure, (_, samples) = np.empty(V.shape), V.shape
+    core.lib.closed_chambers(
+        core.array("P", P, (2,)),
+        core.array("measured", measured, (2, samples)),
+        core.ffi.new("bool[2]", closed),
+        core.array("V", V, (2, samples)),
+        core.array("area_ratio", area_ratio, (2, samples)),
+        core.whole("samples", samples, 1),
+        h,
+        core.array("start", start, (2,)),
+        n,
+        core.array("k", k, (2,)),
+        e_A,
+        e_PT,
+        leak,
+        R,
+        gamma,
+        T_wall,
+        PT_0,
+        core.out(pressure),
+    )
+    return pressure
 
 
 class ClosedProblem(NamedTuple):

@@ -1,0 +1,75 @@
+"""The compiled core: loops over equations (1) to (8) and (10) in C, with the same bits on every processor.
+
+The equations are stated in `pneumo.physics`; tests hold this C to them. Functions of the package pass arrays and named
+tuples through `array`, `empty` and `struct`, which refuse what the C code could not read. Every call releases Python's
+lock.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from pneumo.core._core import ffi, lib
+
+__all__ = ["array", "ffi", "keep", "lib", "out", "rows", "struct", "whole", "zeroed"]
+
+LONGEST = 2**40  # of any count of samples, lanes or parts
+CTYPES = {np.dtype(np.float64): "double[]", np.dtype(np.int8): "int8_t[]", np.dtype(np.int64): "int64_t[]"}
+
+
+def struct(name: str, values: Iterable[Any]) -> Any:
+    """C struct of a named tuple: same fields, same order, nested ones too."""
+    return ffi.new(f"{name} *", tuple(values))
+
+
+def out(values: np.ndarray) -> Any:
+    """C pointer to an array that the core writes: one that was just made, of a known type and in C order."""
+    return ffi.from_buffer(CTYPES[values.dtype], values, require_writable=True)
+
+
+def array(name: str, values: Any, shape: tuple[int | None, ...], dtype: type = np.float64) -> Any:
+    """C pointer to an array that the core reads, copied only if it has another type or layout.
+
+    `shape` has None where any length is allowed. The pointer keeps the array alive.
+
+    Raises
+    ------
+    ValueError
+        If the shape is another, or the values are no numbers.
+    """
+    values = np.ascontiguousarray(values, dtype=dtype)
+    fits = len(shape) == values.ndim and all(b in (None, a) for a, b in zip(values.shape, shape, strict=True))
+    if not fits:
+        raise ValueError(f"{name}: shape {values.shape}; needed is {tuple('any' if n is None else n for n in shape)}")
+    return ffi.from_buffer(CTYPES[values.dtype], values)
+
+
+def rows(name: str, values: Any, kind: str, columns: int) -> Any:
+    """C pointer to structs of `columns` numbers each, from an array with a row for each."""
+    pointer = array(name, values, (None, columns))
+    return keep(ffi.cast(f"{kind} *", pointer), pointer)
+
+
+def zeroed(kind: str) -> Any:
+    """C pointer to a struct full of zeros, aligned to a cache line."""
+    memory = np.zeros(ffi.sizeof(kind) + 64, np.uint8)
+    pointer = ffi.from_buffer(memory[-memory.ctypes.data % 64 :])
+    return keep(ffi.cast(f"{kind} *", pointer), pointer)
+
+
+def keep(pointer: Any, *owners: Any) -> Any:
+    """Pointer that keeps alive what it points into."""
+    _owners[pointer] = owners
+    return pointer
+
+
+_owners: WeakKeyDictionary[Any, tuple[Any, ...]] = WeakKeyDictionary()
+
+
+def whole(name: str, value: int, low: int, high: int = LONGEST) -> int:
+    """A whole number in a range, for counts and indices that the core trusts; else `ValueError`."""
+    if not low <= value <= high or value != int(value):
+        raise ValueError(f"{name} = {value}: must be a whole number from {low} to {high}")
+    return int(value)

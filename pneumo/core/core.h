@@ -1,0 +1,82 @@
+/* Types and functions of the compiled core. Structs mirror the named tuples of the same name in Python; cffi reads
+   this file, so what it does not understand is in maths.h and rates.h. All quantities are in SI units. */
+
+typedef struct { double R, gamma, sonic_coefficient, critical_ratio; bool elliptic; } Gas;
+typedef struct { double k_xu, u_max, laminar, exhaust, leak; bool net_leak; } Valve;
+typedef struct { double P_s, P_atm, T_in, T_amb, P_0, T_0; } Conditions;
+typedef struct {
+    double bore, stroke, A_A, A_B, V_d_A, V_d_B, M, k_f, x_min, x_max;
+    bool rests;
+    double load, coulomb;
+} Cylinder;
+typedef struct { Gas gas; Valve valve; Conditions conditions; Cylinder cylinder; double k_0; } Plant;
+typedef struct { bool closed_loop; double k_p, x_reverse; bool toggles, each_stage; double late; } Drive;
+typedef struct { bool exact, held, next_at_end; double delay[3]; int64_t every; } Sampling;
+typedef struct { double n_V, n_in, n_out, a, mixing, flow_scale, wall_scale, e_A, e_PT, full; } Lane;
+typedef struct { double force, pressure, x_variance, pressure_variance; } Noise;
+typedef struct { bool estimates_k_0; Lane lane; } FilterModel;
+
+/* A run whose signals are replayed; arrays as in `pneumo.simulation.full_order.Recording`. */
+typedef struct {
+    const double *states, *reference, *u;
+    Drive drive;
+    Plant plant;
+    double h;
+    const int8_t *halvings;
+    int most_halvings;
+    int64_t steps;
+} Recording;
+
+/* Lanes side by side, for the vector kernels: a row holds one number of each lane. */
+enum { WIDTH = 8, ROW = 136, VOLUME_ROWS = 18 };
+typedef struct {
+    double n_V[ROW], a_half[ROW], in[ROW], in_T[ROW], out[ROW], wall[ROW], wall_A[ROW], wall_APT[ROW];
+    double p[ROW], ln_p[ROW], root_T[ROW], heat[ROW]; /* within one stage; pressures are over P_0 */
+    double now[2][ROW], k[2][7][ROW]; /* by chamber: pressure, rates of one step */
+    double sum[2][2][ROW], squares[2][2][ROW]; /* by chamber: of errors, each before the carry of its rounding */
+    double before[2][ROW], after[2][ROW], coarse[2][ROW], largest[2][ROW]; /* while a step is halved */
+    int64_t count, polytropic, heated, heated_PT; /* lanes, padded; first lane with each kind of term */
+    int64_t fresh; /* whether the last rates k[.][6] are those at the start of the next step */
+    double inputs[3]; /* at which they were computed */
+} Lanes;
+
+/* What the vector kernels need of a fit's sets of parameters beside `Lanes`. */
+typedef struct {
+    double volume_ratio[ROW], expansion[ROW], area[ROW]; /* at one stage */
+    double inlet[ROW], exhaust[ROW]; /* temperature of the supply over T_0; exhaust over the plant's */
+    double beyond[2][ROW], met[2][ROW], T[2][ROW], rate_T[2][3][ROW];
+} Sets;
+
+double core_log(double x);
+double core_exp(double x);
+double core_pow(double x, double y);
+
+void chamber_rate(double u, double x, double v, double P, double T, int side, const Plant *plant, const Lane *lane,
+                  double *rates);
+void run(const double *y_0, double *reference, int64_t steps, double force, const Drive *drive, const Plant *plant,
+         double h, int most_halvings, double *states, int8_t *halvings);
+void command_series(const double *states, const double *reference, int64_t count, const Drive *drive, double *u);
+void stage_signals(const Recording *recording, const Sampling *sampling, int64_t k, int halvings, double *inputs);
+
+void replay_scalar(const Recording *recording, const Sampling *sampling, const Lane *lanes, int64_t count,
+                   int64_t stride, double *y, double *moments, int64_t *failure, double *pressure);
+void start_lanes(Lanes *W, const Lane *lanes, int64_t count, const Plant *plant);
+void replay_lanes(const Recording *recording, const Sampling *sampling, int64_t first, int64_t end, Lanes *W,
+                  const double *psi, int terms, double *pressure);
+
+void replay_sets(const double *u, const double *motions, int64_t n_motions, int64_t steps, Lanes *W, Sets *X,
+                 int64_t width, bool full, double e_A, int64_t stride, const Plant *plant, double h,
+                 const double *psi, int terms, const double *P_s, double *pressure);
+void replay_flows(const double *motion, const double *flow, int64_t steps, const Lane *lanes, int64_t count,
+                  const double *V_d, int64_t stride, const Plant *plant, double h, double *pressure);
+
+void replay_network(const double *nodes, int64_t count, const double *links, int64_t n_links, const double *outside,
+                    int64_t n_outside, const double *V, const double *areas, const double *ratios, int64_t samples,
+                    const Gas *gas, double h, int64_t parts, double *work, double *states);
+void closed_chambers(const double *P, const double *measured, const bool *closed, const double *V,
+                     const double *area_ratio, int64_t samples, double h, const double *start, double n,
+                     const double *k, double e_A, double e_PT, double leak, double R, double gamma, double T_wall,
+                     double PT_0, double *pressure);
+void kalman_filter(const double *x, const double *P, const double *u, const double *first, int64_t samples,
+                   const FilterModel *model, const Plant *plant, const Noise *noise, double h, double *estimates,
+                   double *variances);

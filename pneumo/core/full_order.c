@@ -1,0 +1,145 @@
+/* Runs of the full order, and what each Runge-Kutta stage of a replay reads of their signals. */
+#include <float.h>
+
+#include "rates.h"
+
+double core_log(double x) { return ln(x); }
+double core_exp(double x) { return exponential(x); }
+double core_pow(double x, double y) { return power(x, y); }
+
+void chamber_rate(double u, double x, double v, double P, double T, int side, const Plant *plant, const Lane *lane,
+                  double *rates) {
+    double sign = sign_of(side);
+    chamber_rates(sign * u, sign * x, sign * v, P, T, chamber_of(&plant->cylinder, side), plant, lane, rates);
+}
+
+/* Eq (3), and eqs (4) and (5) for both chambers. */
+INLINE void full_order_rates(const double *y, int stage, const void *context, double *dy) {
+    const Driven *d = context;
+    const Plant *plant = d->plant;
+    const Cylinder *c = &plant->cylinder;
+    const Lane lane = full_order(plant->gas.gamma);
+    (void)stage;
+    double u = limited(command(d->reference, y[0], d->drive), plant->valve.u_max);
+    motion(y[0], y[1], acceleration(y[1], y[2], y[4], d->force, c), c, dy, dy + 1);
+    chamber_rates(u, y[0], y[1], y[2], y[3], chamber_of(c, 0), plant, &lane, dy + 2);
+    chamber_rates(-u, -y[0], -y[1], y[4], y[5], chamber_of(c, 1), plant, &lane, dy + 4);
+}
+
+/* Advance the state y by one step; the stage states and the state before the stops go into Y, 7 rows of 6. */
+void full_order_step(double *y, const Driven *driven, double h, double *Y, double *K) {
+    double v = y[1];
+    dormand_prince(full_order_rates, driven, y, 6, h, Y, K, Y + 36);
+    memcpy(y, Y + 36, 6 * sizeof *y);
+    stopped(y, y + 1, v, &driven->plant->cylinder);
+}
+
+/* Largest estimated error of the last step over stroke, P_0 or T_0; infinite where it failed. */
+static double relative_error(const Driven *driven, double h, const double *y, double *K) {
+    const Plant *plant = driven->plant;
+    double error[6];
+    embedded_error(full_order_rates, driven, y, 6, h, K, error);
+    double largest = fabs(error[0]) / plant->cylinder.stroke;
+    for (int s = 2; s < 6; s++) {
+        double scale = s % 2 == 0 ? plant->conditions.P_0 : plant->conditions.T_0;
+        if (!(y[s] > 0 && fabs(error[s]) < INFINITY)) return (double)INFINITY;
+        largest = larger(largest, fabs(error[s]) / scale);
+    }
+    return largest;
+}
+
+/* Reverse the open-loop command where the piston is beyond x_reverse and would be driven further. */
+static double reversed_at(double x, double reference, double *sign, const Drive *drive) {
+    if (drive->closed_loop || (drive->each_stage && !drive->toggles)) return reference;
+    reference *= *sign;
+    if (fabs(x) < drive->x_reverse || reference * x <= 0) return reference;
+    if (drive->toggles) *sign = -*sign;
+    return -reference;
+}
+
+void run(const double *y_0, double *reference, int64_t steps, double force, const Drive *drive, const Plant *plant,
+         double h, int most_halvings, double *states, int8_t *halvings) {
+    double sign = 1, Y[42], K[42];
+    memcpy(states, y_0, 6 * sizeof *states);
+    for (int64_t k = 0; k < steps; k++) {
+        const double *before = states + 6 * k;
+        double *after = states + 6 * (k + 1);
+        reference[k] = reversed_at(before[0], reference[k], &sign, drive);
+        const Driven driven = {reference[k], force, drive, plant};
+        for (int n = 0;; n++) {
+            int parts = 1 << n;
+            double largest = 0;
+            memcpy(after, before, 6 * sizeof *after);
+            for (int part = 0; part < parts; part++) {
+                full_order_step(after, &driven, h / parts, Y, K);
+                if (most_halvings > 0) largest = larger(relative_error(&driven, h / parts, Y + 36, K), largest);
+            }
+            halvings[k] = (int8_t)n;
+            if (largest <= STEP_TOLERANCE || n >= most_halvings) break;
+        }
+    }
+    reference[steps] = reversed_at(states[6 * steps], reference[steps], &sign, drive);
+}
+
+void command_series(const double *states, const double *reference, int64_t count, const Drive *drive, double *u) {
+    for (int64_t k = 0; k < count; k++) u[k] = command(reference[k], states[6 * k], drive);
+}
+
+/* Where a stage at the end reads the next sample, half a step would read it for half the time; such a step is halved
+   only where it fails. */
+double replay_tolerance(const Sampling *sampling) { return sampling->next_at_end ? DBL_MAX : STEP_TOLERANCE; }
+
+static double line_between(const double *series, int64_t width, double position, int64_t every, int64_t last) {
+    if (!(position > 0) || last == 0) return series[0];
+    int64_t k = position < (double)(last - 1) ? (int64_t)position : last - 1;
+    double first = series[width * (k * every)], next = series[width * ((k + 1) * every)];
+    return first + (position - (double)k) * (next - first);
+}
+
+static double held_at(const double *series, int64_t width, int64_t sample, double delay, int64_t every, int64_t last) {
+    int64_t k = sample - (int64_t)delay;
+    k = k < 0 ? 0 : k > last ? last : k;
+    return series[width * (k * every)];
+}
+
+/* Limited u, x and v at the six stages of a part of step k, and at its end. The parts of a step must be asked for in
+   order: with exact sampling the full order is integrated again, and y keeps its states. */
+void stage_inputs(const Recording *r, const Sampling *sampling, int64_t k, int part, int parts, double *y,
+                  double inputs[7][3]) {
+    double u_max = r->plant.valve.u_max;
+    if (sampling->exact) {
+        double Y[42], K[42];
+        const Driven driven = {r->reference[k], 0, &r->drive, &r->plant};
+        if (part == 0) memcpy(y, r->states + 6 * k, 6 * sizeof *y);
+        full_order_step(y, &driven, r->h / parts, Y, K);
+        for (int i = 0; i <= STAGES; i++) {
+            inputs[i][0] = limited(command(driven.reference, Y[6 * i], &r->drive), u_max);
+            inputs[i][1] = Y[6 * i];
+            inputs[i][2] = Y[6 * i + 1];
+        }
+        return;
+    }
+    const double *series[3] = {r->u, r->states, r->states + 1};
+    const int64_t width[3] = {1, 6, 6}, every = sampling->every, last = r->steps / every;
+    for (int i = 0; i <= STAGES; i++) {
+        double fraction = (part + C[i]) / parts;
+        int64_t sample = (sampling->next_at_end && fraction == 1 ? k + 1 : k) / every;
+        for (int s = 0; s < 3; s++) {
+            if (i > 0 && sampling->held && !(sampling->next_at_end && C[i] == 1)) inputs[i][s] = inputs[0][s];
+            else if (sampling->held)
+                inputs[i][s] = held_at(series[s], width[s], sample, sampling->delay[s], every, last);
+            else {
+                double position = ((double)k + fraction) / (double)every - sampling->delay[s];
+                inputs[i][s] = line_between(series[s], width[s], position, every, last);
+            }
+        }
+        if (i == 0 || !sampling->held || (sampling->next_at_end && C[i] == 1)) inputs[i][0] = limited(inputs[i][0], u_max);
+    }
+}
+
+/* The same for all parts of step k, halved as often as said: (part, 7, 3). */
+void stage_signals(const Recording *recording, const Sampling *sampling, int64_t k, int halvings, double *inputs) {
+    double y[6];
+    for (int part = 0; part < 1 << halvings; part++)
+        stage_inputs(recording, sampling, k, part, 1 << halvings, y, (double(*)[3])(inputs + 21 * part));
+}

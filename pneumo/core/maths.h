@@ -1,0 +1,116 @@
+/* Exponential, logarithm and power by +, -, *, / and bits only: the same result on every processor and with every C
+   library. The compiler must not contract a * b + c; setup.py says so. */
+#ifndef PNEUMO_MATHS_H
+#define PNEUMO_MATHS_H
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "core.h"
+
+#if defined(_MSC_VER)
+#define INLINE static __forceinline
+#define restrict __restrict
+#else
+#define INLINE static inline __attribute__((always_inline))
+#endif
+
+/* One compiled form for each generation of processors, chosen when the library is loaded. */
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(PNEUMO_NO_CLONES)
+#define CLONES __attribute__((target_clones("default", "avx2", "avx512f")))
+#else
+#define CLONES
+#endif
+
+/* exp(t) for |t| <= 0.6, and ln(m) / z with z = (m - 1)/(m + 1) in powers of z^2 for sqrt(1/2) <= m <= sqrt(2): both
+   made by pneumo.simulation.polynomials. */
+#define EXP_REACH 0.6
+static const double EXP[12] = {
+    0x1p+0, 0x1.0000000000003p+0, 0x1.00000000004b8p-1, 0x1.5555555554f20p-3, 0x1.555555544debep-5,
+    0x1.111111116997ep-7, 0x1.6c16c36e1ceb7p-10, 0x1.a01a017851a99p-13, 0x1.a016cfa394c1bp-16,
+    0x1.71dd7885e5c5ep-19, 0x1.2a1dd61dd876dp-22, 0x1.b064fd73c1b64p-26};
+static const double LOG[8] = {
+    0x1p+1, 0x1.5555555555559p-1, 0x1.9999999994126p-2, 0x1.2492492f9f61bp-2, 0x1.c71c61022ff77p-3,
+    0x1.746332c1a6cabp-3, 0x1.39eefedceddf5p-3, 0x1.2c0d55678d294p-3};
+#define LN_2 0x1.62e42fefa39efp-1
+#define LN_2_HIGH 0x1.62e42fefa38p-1 /* 42 bits: a multiple by an exponent is exact */
+#define LN_2_LOW 0x1.ef35793c7673p-45
+#define PI 3.14159265358979323846
+
+INLINE double from_bits(uint64_t bits) { double x; memcpy(&x, &bits, sizeof x); return x; }
+INLINE uint64_t to_bits(double x) { uint64_t bits; memcpy(&bits, &x, sizeof bits); return bits; }
+/* A NaN in b stays, one in a does not. */
+INLINE double larger(double a, double b) { return a > b ? a : b; }
+INLINE double smaller(double a, double b) { return a < b ? a : b; }
+
+/* Polynomial with an even number of coefficients, lowest power first: even and odd powers side by side. */
+INLINE double polynomial(const double *c, int terms, double x) {
+    double x_2 = x * x, even = c[terms - 2], odd = c[terms - 1];
+    for (int i = terms - 4; i >= 0; i -= 2) {
+        even = even * x_2 + c[i];
+        odd = odd * x_2 + c[i + 1];
+    }
+    return even + odd * x;
+}
+
+/* x = m 2^exponent with m between sqrt(1/2) and sqrt(2). */
+INLINE double split(double x, double *exponent) {
+    const uint64_t mantissa = (UINT64_C(1) << 52) - 1, one = UINT64_C(1023) << 52;
+    const uint64_t root_half = UINT64_C(0x3fe6a09e667f3bcd), large = UINT64_C(1075) << 52; /* 2^52 */
+    uint64_t bits = to_bits(x) + (one - root_half);
+    *exponent = from_bits((bits >> 52) | large) - (0x1p52 + 1023.0);
+    return from_bits((bits & mantissa) + root_half);
+}
+
+/* Natural logarithm of a positive, finite, normal x; for any other x a finite number outside -700 ... 700. */
+INLINE double fast_log(double x) {
+    double exponent, m = split(x, &exponent), z = (m - 1) / (m + 1);
+    return exponent * LN_2 + z * polynomial(LOG, 8, z * z);
+}
+
+/* exp(t) for |t| <= EXP_REACH, else NaN. */
+INLINE double fast_exp(double t) {
+    double value = polynomial(EXP, 12, t);
+    return fabs(t) <= EXP_REACH ? value : (double)NAN;
+}
+
+/* Natural logarithm of any x; NaN of a negative one. */
+INLINE double ln(double x) {
+    if (!(x > 0)) return x == 0 ? -(double)INFINITY : (double)NAN;
+    if (!(x <= 1.7976931348623157e308)) return x;
+    double shift = 0;
+    if (x < 0x1p-1022) { /* subnormal */
+        x *= 0x1p54;
+        shift = 54;
+    }
+    double exponent, m = split(x, &exponent);
+    exponent -= shift;
+    /* m - 1 is exact; 2 z = f - z f, so the largest term has no rounding error */
+    double f = m - 1, z = f / (m + 1), z_2 = z * z;
+    double tail = z * (z_2 * (LOG[1] + z_2 * polynomial(LOG + 2, 6, z_2)));
+    return exponent * LN_2_HIGH + (f + ((tail - z * f) + exponent * LN_2_LOW));
+}
+
+/* exp(t) of any t. */
+INLINE double exponential(double t) {
+    if (t != t) return t;
+    if (t > 709.79) return (double)INFINITY;
+    if (t < -745.2) return 0;
+    double k = (t * (1 / LN_2) + 0x1.8p52) - 0x1.8p52; /* rounded to a whole number */
+    double r = (t - k * LN_2_HIGH) - k * LN_2_LOW;
+    double value = 1 + r * (1 + r * (0.5 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (
+        1.0 / 5040 + r * (1.0 / 40320 + r * (1.0 / 362880 + r * (1.0 / 3628800 + r * (1.0 / 39916800 + r * (
+        1.0 / 479001600 + r * (1.0 / 6227020800)))))))))))));
+    int half = (int)k / 2, rest = (int)k - half; /* two factors: neither overflows */
+    return value * from_bits((uint64_t)(1023 + half) << 52) * from_bits((uint64_t)(1023 + rest) << 52);
+}
+
+/* x^y for x >= 0; the exponents 0, 1/2 and 1 are exact. */
+INLINE double power(double x, double y) {
+    if (y == 0) return 1;
+    if (y == 1) return x;
+    if (y == 0.5) return sqrt(x);
+    return exponential(y * ln(x));
+}
+#endif

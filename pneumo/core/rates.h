@@ -1,0 +1,214 @@
+/* Valve, piston and chamber, eqs (1) to (8) and (10): what pneumo/physics says, for the loops of the core.
+   tests/core compare the two. For chamber B, u, x and v are negated. */
+#ifndef PNEUMO_RATES_H
+#define PNEUMO_RATES_H
+#include "maths.h"
+
+typedef struct { double area, V_d; } Chamber;
+
+INLINE Chamber chamber_of(const Cylinder *c, int side) {
+    return side == 0 ? (Chamber){c->A_A, c->V_d_A} : (Chamber){c->A_B, c->V_d_B};
+}
+INLINE double sign_of(int side) { return side == 0 ? 1.0 : -1.0; }
+INLINE double volume(double x, Chamber chamber, const Cylinder *c) {
+    return chamber.V_d + chamber.area * (c->stroke / 2 + x);
+}
+INLINE double heat_area(double x, const Cylinder *c) {
+    return PI / 2 * (c->bore * c->bore) + fabs(PI * c->bore * (x + c->stroke / 2));
+}
+INLINE double limited(double u, double u_max) { return u < -u_max ? -u_max : u > u_max ? u_max : u; }
+
+/* Coefficients of the full order, eqs (4), (5), (7) and (8). */
+INLINE Lane full_order(double gamma) { return (Lane){gamma, gamma, gamma, 0, 1, 1, 1, 1, 0.5, 1}; }
+
+INLINE double choked_flow(double A_t, double P_u, double T_u, const Gas *gas) {
+    return gas->sonic_coefficient * P_u * A_t / sqrt(T_u);
+}
+
+INLINE double mass_flow(double A_t, double P_u, double P_d, double T_u, const Gas *gas) {
+    double ratio = P_d / P_u, b = gas->critical_ratio, g = gas->gamma;
+    if (ratio <= b) return choked_flow(A_t, P_u, T_u, gas);
+    if (gas->elliptic) {
+        double above = (ratio - b) / (1 - b);
+        return choked_flow(A_t, P_u, T_u, gas) * sqrt(1 - above * above); /* ISO 6358 */
+    }
+    double s = ln(ratio), subsonic = exponential(2 / g * s) - exponential((g + 1) / g * s);
+    subsonic = subsonic < 0 ? 0 : subsonic; /* by rounding, where the pressures are equal but for the last digit */
+    return A_t * P_u * sqrt(2 * g / ((g - 1) * gas->R * T_u) * subsonic); /* (1) */
+}
+
+INLINE double laminar_factor(double P_u, double P_d, double laminar) {
+    double difference = 1 - P_d / P_u;
+    return difference < laminar ? sqrt(difference / laminar) : 1.0;
+}
+
+INLINE void port_flows(double A_t, double P_port, double P, double T, const Valve *valve, const Gas *gas,
+                       const Conditions *c, double *m_in, double *m_out) {
+    *m_in = *m_out = 0;
+    if (P_port >= P) {
+        if (valve->laminar > 0) A_t *= laminar_factor(P_port, P, valve->laminar);
+        *m_in = mass_flow(A_t, P_port, P, c->T_in, gas);
+    } else {
+        if (valve->laminar > 0) A_t *= laminar_factor(P, P_port, valve->laminar);
+        *m_out = mass_flow(A_t, P, P_port, T, gas);
+    }
+}
+
+INLINE void chamber_flows(double u, double P, double T, const Plant *plant, double *m_in, double *m_out) {
+    const Valve *valve = &plant->valve;
+    const Conditions *c = &plant->conditions;
+    double A_t = valve->k_xu * fabs(u), P_port = c->P_s, P_other = c->P_atm; /* (2) */
+    if (!(u >= 0)) {
+        P_port = c->P_atm;
+        P_other = c->P_s;
+        A_t *= valve->exhaust;
+    }
+    if (!(valve->leak > 0)) {
+        port_flows(A_t, P_port, P, T, valve, &plant->gas, c, m_in, m_out);
+        return;
+    }
+    double leak_in, leak_out;
+    port_flows(A_t + valve->leak, P_port, P, T, valve, &plant->gas, c, m_in, m_out);
+    port_flows(valve->leak, P_other, P, T, valve, &plant->gas, c, &leak_in, &leak_out);
+    *m_in += leak_in;
+    *m_out += leak_out;
+    if (valve->net_leak) {
+        double net = *m_in - *m_out;
+        *m_in = larger(net, 0);
+        *m_out = larger(-net, 0);
+    }
+}
+
+INLINE double wall_conductance(double k_0, double area_ratio, double PT_ratio, double e_A, double e_PT) {
+    return k_0 * power(area_ratio, e_A) * power(PT_ratio, e_PT); /* (8) */
+}
+
+INLINE double temperature(double P, double P_0, double T_0, double a) { return T_0 * power(P / P_0, a); } /* (6) */
+
+INLINE double dP_dt(double P, double T, double V, double dV_dt, double m_in, double m_out, double T_inlet, double heat,
+                    double n_V, double n_in, double n_out, double R, double gamma) {
+    return (-n_V * P * dV_dt + R * (n_in * m_in * T_inlet - n_out * m_out * T) + (gamma - 1) * heat) / V; /* (4), (10) */
+}
+
+INLINE double dT_dt(double P, double T, double V, double dV_dt, double m_in, double m_out, double T_in, double heat,
+                    double R, double gamma) {
+    return T / V * dV_dt * (1 - gamma) - m_out * R * (T * T) / (V * P) * (gamma - 1) +
+           m_in * R * T / (V * P) * (gamma * T_in - T) + (gamma - 1) * T / (P * V) * heat; /* (5) */
+}
+
+/* Rates of pressure and temperature from known mass flows; a reduced model has no rate of temperature. */
+INLINE void rates_with_flows(double m_in, double m_out, double x, double v, double P, double T, Chamber chamber,
+                             const Plant *plant, const Lane *lane, double *rates) {
+    const Conditions *c = &plant->conditions;
+    const double R = plant->gas.R, gamma = plant->gas.gamma;
+    double V = volume(x, chamber, &plant->cylinder), dV_dt = chamber.area * v, heat = 0;
+    m_in *= lane->flow_scale;
+    m_out *= lane->flow_scale;
+    if (lane->wall_scale != 0) {
+        double area_ratio = heat_area(x, &plant->cylinder) / heat_area(0, &plant->cylinder);
+        double k = wall_conductance(plant->k_0, area_ratio, P * T / (c->P_0 * c->T_0), lane->e_A, lane->e_PT);
+        heat = lane->wall_scale * (k * (c->T_amb - T)); /* (7), (11), (13) */
+    }
+    double T_inlet = lane->mixing * c->T_in + (1 - lane->mixing) * T;
+    rates[0] = dP_dt(P, T, V, dV_dt, m_in, m_out, T_inlet, heat, lane->n_V, lane->n_in, lane->n_out, R, gamma);
+    rates[1] = lane->full != 0 ? dT_dt(P, T, V, dV_dt, m_in, m_out, c->T_in, heat, R, gamma) : 0;
+}
+
+/* Rates of pressure and temperature by the full order or, where T follows from P by eq (6), a reduced model. */
+INLINE void chamber_rates(double u, double x, double v, double P, double T, Chamber chamber, const Plant *plant,
+                          const Lane *lane, double *rates) {
+    double m_in, m_out;
+    if (lane->full == 0) T = temperature(P, plant->conditions.P_0, plant->conditions.T_0, lane->a);
+    chamber_flows(u, P, T, plant, &m_in, &m_out);
+    rates_with_flows(m_in, m_out, x, v, P, T, chamber, plant, lane, rates);
+}
+
+INLINE double beyond_coulomb(double F, double v, double coulomb) {
+    if (v == 0 && fabs(F) <= coulomb) return 0;
+    return v > 0 || (v == 0 && F > 0) ? F - coulomb : F + coulomb;
+}
+
+INLINE double acceleration(double v, double P_A, double P_B, double force, const Cylinder *c) {
+    double F = P_A * c->A_A - P_B * c->A_B - c->k_f * v + force + c->load;
+    if (c->coulomb != 0) F = beyond_coulomb(F, v, c->coulomb);
+    return F / c->M; /* (3) */
+}
+
+INLINE void motion(double x, double v, double a, const Cylinder *c, double *dx_dt, double *dv_dt) {
+    bool pushed = (x == c->x_min && a < 0) || (x == c->x_max && a > 0);
+    bool held = c->rests && v == 0 && pushed;
+    *dx_dt = held ? 0 : v;
+    *dv_dt = held ? 0 : a;
+}
+
+INLINE void stopped(double *x, double *v, double v_before, const Cylinder *c) {
+    if (c->coulomb != 0 && *v * v_before < 0) *v = 0;
+    if (*x <= c->x_min) {
+        *x = c->x_min;
+        *v = larger(0, *v);
+    } else if (*x >= c->x_max) {
+        *x = c->x_max;
+        *v = smaller(0, *v);
+    }
+}
+
+/* Command to the valve before its limiter, Figs 4 and 5. */
+INLINE double command(double reference, double x, const Drive *drive) {
+    if (drive->closed_loop) return drive->k_p * (reference - x);
+    if (!drive->each_stage) return reference;
+    if (x >= drive->x_reverse) return -fabs(reference);
+    if (x <= -drive->x_reverse) return fabs(reference);
+    return reference;
+}
+
+/* Dormand and Prince's fifth-order method of six stages, and its error estimate with a seventh at the end. */
+enum { STAGES = 6 };
+#define STEP_TOLERANCE 1e-4 /* error over P_0, T_0 or the stroke above which a step is halved */
+static const double A[6][5] = {{0},
+                               {1.0 / 5},
+                               {3.0 / 40, 9.0 / 40},
+                               {44.0 / 45, -56.0 / 15, 32.0 / 9},
+                               {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+                               {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656}};
+static const double B[6] = {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84};
+static const double C[7] = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1};
+static const double E[7] = {71.0 / 57600, 0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
+
+typedef void (*Rates)(const double *y, int stage, const void *context, double *dy);
+
+/* Write the state h later into y_next, which may be y, the stage states into Y and their rates into K. */
+INLINE void dormand_prince(Rates rates, const void *context, const double *y, int64_t size, double h, double *Y,
+                           double *K, double *y_next) {
+    for (int i = 0; i < STAGES; i++) {
+        for (int64_t s = 0; s < size; s++) {
+            double total = 0;
+            for (int j = 0; j < i; j++) total += A[i][j] * K[j * size + s];
+            Y[i * size + s] = y[s] + h * total;
+        }
+        rates(Y + i * size, i, context, K + i * size);
+    }
+    for (int64_t s = 0; s < size; s++) {
+        double total = 0;
+        for (int i = 0; i < STAGES; i++) total += B[i] * K[i * size + s];
+        y_next[s] = y[s] + h * total;
+    }
+}
+
+/* Write the estimated errors of such a step into `error`; the rates at its end go into the seventh row of K. */
+INLINE void embedded_error(Rates rates, const void *context, const double *y_next, int64_t size, double h, double *K,
+                           double *error) {
+    rates(y_next, STAGES, context, K + STAGES * size);
+    for (int64_t s = 0; s < size; s++) {
+        double total = 0;
+        for (int i = 0; i <= STAGES; i++) total += E[i] * K[i * size + s];
+        error[s] = h * total;
+    }
+}
+
+/* full_order.c */
+typedef struct { double reference, force; const Drive *drive; const Plant *plant; } Driven;
+void full_order_step(double *y, const Driven *driven, double h, double *Y, double *K);
+void stage_inputs(const Recording *recording, const Sampling *sampling, int64_t k, int part, int parts, double *y,
+                  double inputs[7][3]);
+double replay_tolerance(const Sampling *sampling);
+#endif

@@ -1,0 +1,239 @@
+/* Replays of reduced models on a recorded run: many lanes at once, or one after another where a lane's equations or
+   pressures are beyond the polynomials of lanes.h. */
+#include "lanes.h"
+
+/* Add a term to every lane's sum, with Kahan's compensation of rounding errors. */
+INLINE void add(double sums[2][ROW], int64_t i, double term) {
+    term -= sums[1][i];
+    double total = sums[0][i] + term;
+    sums[1][i] = (total - sums[0][i]) - term;
+    sums[0][i] = total;
+}
+
+/* Coefficients of lanes, sorted by what their rates need, and first pressures P_0. */
+void start_lanes(Lanes *W, const Lane *lanes, int64_t count, const Plant *plant) {
+    const Conditions *c = &plant->conditions;
+    memset(W, 0, sizeof *W);
+    W->count = (count + WIDTH - 1) / WIDTH * WIDTH;
+    W->polytropic = W->heated = W->heated_PT = W->count;
+    for (int64_t i = 0; i < W->count; i++) {
+        const Lane lane = lanes[i < count ? i : count - 1];
+        double n_in = lane.n_in * lane.flow_scale, n_out = lane.n_out * lane.flow_scale;
+        W->n_V[i] = lane.n_V;
+        W->a_half[i] = lane.a / 2;
+        W->in[i] = n_in * lane.mixing * c->T_in;
+        W->in_T[i] = n_in * (1 - lane.mixing) * c->T_0;
+        W->out[i] = n_out * sqrt(c->T_0);
+        W->wall[i] = lane.wall_scale * (1 - lane.e_A);
+        W->wall_A[i] = lane.wall_scale * lane.e_A * (lane.e_PT == 0);
+        W->wall_APT[i] = lane.wall_scale * lane.e_A * (lane.e_PT != 0);
+        W->now[0][i] = W->now[1][i] = W->root_T[i] = 1;
+        int64_t group = i / WIDTH * WIDTH;
+        int need = lane.wall_scale != 0 ? (lane.e_PT != 0 ? 3 : 2) : lane.a != 0;
+        if (need >= 1 && group < W->polytropic) W->polytropic = group;
+        if (need >= 2 && group < W->heated) W->heated = group;
+        if (need >= 3 && group < W->heated_PT) W->heated_PT = group;
+    }
+}
+
+/* Advance both chambers of every lane by one step; NaN where a pressure is not positive. */
+INLINE void advance(Lanes *W, double inputs[7][3], double h, const Constants *k, int terms) {
+    const int64_t n = W->count;
+    int first = W->fresh && memcmp(W->inputs, inputs[0], sizeof W->inputs) == 0;
+    for (int side = 0; first && side < 2; side++) memcpy(W->k[side][0], W->k[side][6], sizeof W->k[side][0]);
+    for (int j = first; j < STAGES; j++)
+        for (int side = 0; side < 2; side++) { /* neither waits for the other, so the processor works on both */
+            double(*restrict K)[ROW] = W->k[side], *restrict now = W->now[side], *restrict p = W->p;
+            double a_0 = h * A[j][0], a_1 = h * A[j][1], a_2 = h * A[j][2], a_3 = h * A[j][3], a_4 = h * A[j][4];
+            if (j == 0)
+                for (int64_t i = 0; i < n; i++) p[i] = now[i];
+            else if (j < 3)
+                for (int64_t i = 0; i < n; i++) p[i] = now[i] + (a_0 * K[0][i] + a_1 * K[1][i]);
+            else
+                for (int64_t i = 0; i < n; i++)
+                    p[i] = now[i] + ((a_0 * K[0][i] + a_1 * K[1][i] + a_2 * K[2][i]) + a_3 * K[3][i] + a_4 * K[4][i]);
+            double sign = sign_of(side);
+            Shared sh = shared_terms(sign * inputs[j][0], sign * inputs[j][1], sign * inputs[j][2], side, k);
+            write_rates(W, K[j], sh, k, terms);
+        }
+    for (int side = 0; side < 2; side++) {
+        double(*restrict K)[ROW] = W->k[side], *restrict now = W->now[side];
+        for (int64_t i = 0; i < n; i++) {
+            double early = B[0] * K[0][i] + B[2] * K[2][i];
+            double late = B[3] * K[3][i] + B[4] * K[4][i] + B[5] * K[5][i];
+            double p = now[i] + h * (early + late);
+            now[i] = p > 0 ? p : (double)NAN;
+        }
+    }
+    W->fresh = 0;
+}
+
+/* Raise `largest` to the estimated error of the last step over P_0; infinite where it failed. */
+INLINE void estimate_errors(Lanes *W, double inputs[7][3], double h, const Constants *k, int terms) {
+    const int64_t n = W->count;
+    for (int side = 0; side < 2; side++) {
+        double(*restrict K)[ROW] = W->k[side], *restrict largest = W->largest[side], sign = sign_of(side);
+        memcpy(W->p, W->now[side], sizeof W->p);
+        Shared sh = shared_terms(sign * inputs[6][0], sign * inputs[6][1], sign * inputs[6][2], side, k);
+        write_rates(W, K[6], sh, k, terms);
+        for (int64_t i = 0; i < n; i++) {
+            double early = E[0] * K[0][i] + E[2] * K[2][i] + E[3] * K[3][i];
+            double error = fabs(h * (early + (E[4] * K[4][i] + E[5] * K[5][i] + E[6] * K[6][i])));
+            double most = largest[i] > error ? largest[i] : error;
+            largest[i] = error < INFINITY ? most : (double)INFINITY;
+        }
+    }
+    memcpy(W->inputs, inputs[6], sizeof W->inputs);
+    W->fresh = 1;
+}
+
+/* Keep the pressures of lanes that were not yet accurate; return whether some must be halved again. */
+INLINE int keep_accurate(Lanes *W, double tolerance) {
+    double left = 0;
+    for (int side = 0; side < 2; side++) {
+        double *restrict after = W->after[side], *restrict coarse = W->coarse[side];
+        for (int64_t i = 0; i < W->count; i++) {
+            after[i] = coarse[i] > 0 ? W->now[side][i] : after[i];
+            coarse[i] = coarse[i] > 0 && !(W->largest[side][i] <= tolerance) ? 1 : 0;
+            left += coarse[i];
+        }
+    }
+    return left > 0;
+}
+
+INLINE void replay_steps(const Recording *r, const Sampling *sampling, int64_t first, int64_t end, Lanes *W,
+                         const Constants *k, int terms, double *pressure) {
+    const double P_0 = r->plant.conditions.P_0, tolerance = replay_tolerance(sampling);
+    const int most = r->most_halvings;
+    const int64_t n = W->count;
+    double y[6], inputs[7][3];
+    for (int64_t step = first; step < end; step++) {
+        int halvings = sampling->exact ? r->halvings[step] : 0, begun = halvings;
+        if (most > 0)
+            for (int side = 0; side < 2; side++)
+                for (int64_t i = 0; i < n; i++) {
+                    W->before[side][i] = W->now[side][i];
+                    W->coarse[side][i] = W->now[side][i] > 0 ? 1 : 0;
+                }
+        for (;; halvings++) {
+            int parts = 1 << halvings;
+            if (most > 0) {
+                memcpy(W->now, W->before, sizeof W->now);
+                memset(W->largest, 0, sizeof W->largest);
+                if (halvings > begun) W->fresh = 0;
+            }
+            for (int part = 0; part < parts; part++) {
+                stage_inputs(r, sampling, step, part, parts, y, inputs);
+                advance(W, inputs, r->h / parts, k, terms);
+                if (most > 0) estimate_errors(W, inputs, r->h / parts, k, terms);
+            }
+            if (most == 0) break;
+            if (!keep_accurate(W, tolerance) || halvings >= most) break;
+        }
+        if (most > 0) {
+            memcpy(W->now, W->after, sizeof W->now);
+            if (halvings > begun) W->fresh = 0; /* some lanes kept an earlier result */
+        }
+        for (int side = 0; side < 2; side++) {
+            double P_full = r->states[6 * (step + 1) + 2 + 2 * side];
+            double *restrict out = pressure + ((step - first) * 2 + side) * n;
+            for (int64_t i = 0; i < n; i++) {
+                double P = P_0 * W->now[side][i], error = P_full - P;
+                add(W->sum[side], i, error);
+                add(W->squares[side], i, error * error);
+                out[i] = P;
+            }
+        }
+    }
+}
+
+/* The polynomial's length is a constant in each call, so that its loop is unrolled. */
+CLONES void replay_lanes(const Recording *r, const Sampling *sampling, int64_t first, int64_t end, Lanes *W,
+                         const double *psi, int terms, double *pressure) {
+    const Constants k = constants_of(&r->plant, psi);
+    if (terms == 10) replay_steps(r, sampling, first, end, W, &k, 10, pressure);
+    else if (terms == 14) replay_steps(r, sampling, first, end, W, &k, 14, pressure);
+    else replay_steps(r, sampling, first, end, W, &k, 18, pressure);
+}
+
+typedef struct {
+    double (*inputs)[3], sign;
+    Chamber chamber;
+    const Plant *plant;
+    const Lane *lane;
+} Replayed;
+
+INLINE void lane_rates(const double *y, int stage, const void *context, double *dy) {
+    const Replayed *c = context;
+    double u = c->sign * c->inputs[stage][0], x = c->sign * c->inputs[stage][1], v = c->sign * c->inputs[stage][2];
+    chamber_rates(u, x, v, y[0], y[1], c->chamber, c->plant, c->lane, dy);
+}
+
+INLINE bool possible(const double *y, const Lane *lane) { return y[0] > 0 && (lane->full == 0 || y[1] > 0); }
+
+/* Advance y = (P, T) of one chamber; return the largest estimated error over P_0 or T_0, infinite where it failed. */
+static double lane_step(double *y, const Replayed *context, double h, bool estimated) {
+    double Y[12], K[14], error[2];
+    const Conditions *c = &context->plant->conditions;
+    dormand_prince(lane_rates, context, y, 2, h, Y, K, y);
+    if (!possible(y, context->lane)) {
+        y[0] = y[1] = (double)NAN;
+        return (double)INFINITY;
+    }
+    if (!estimated) return 0;
+    embedded_error(lane_rates, context, y, 2, h, K, error);
+    double largest = fabs(error[0]) / c->P_0;
+    if (context->lane->full != 0) largest = larger(fabs(error[1]) / c->T_0, largest);
+    return largest < INFINITY ? largest : (double)INFINITY;
+}
+
+/* Advance one lane over step k from y; `once` are the inputs of a step that is not halved. */
+static void lane_over_step(const Recording *r, const Sampling *sampling, int64_t k, const Replayed *of, double *y,
+                           double once[7][3]) {
+    const double before[2] = {y[0], y[1]}, tolerance = replay_tolerance(sampling);
+    const int most = r->most_halvings;
+    double states[6], inputs[7][3];
+    Replayed context = *of;
+    for (int halvings = sampling->exact ? r->halvings[k] : 0;; halvings++) {
+        const int parts = 1 << halvings;
+        double largest = 0;
+        memcpy(y, before, sizeof before);
+        for (int part = 0; part < parts; part++) {
+            context.inputs = parts == 1 ? once : inputs;
+            if (parts > 1) stage_inputs(r, sampling, k, part, parts, states, inputs);
+            double error = lane_step(y, &context, r->h / parts, most > 0);
+            largest = larger(error, largest);
+        }
+        if (largest <= tolerance || halvings >= most) return;
+    }
+}
+
+/* Step after step and lane after lane, of reduced models or of the full order. `y` (lane, chamber, 2) holds the first
+   pressures and temperatures, and then the last; `moments` (lane, chamber, 2) are sums of errors and of their squares,
+   `failure` (lane, chamber) the steps at which a state was not positive, or -1; `pressure` (lane, chamber, stored). */
+void replay_scalar(const Recording *r, const Sampling *sampling, const Lane *lanes, int64_t count, int64_t stride,
+                   double *y, double *moments, int64_t *failure, double *pressure) {
+    const int64_t stored = r->steps / stride + 1;
+    double states[6], once[7][3];
+    memset(moments, 0, (size_t)count * 4 * sizeof *moments);
+    for (int64_t i = 0; i < 2 * count; i++) {
+        failure[i] = -1;
+        pressure[i * stored] = y[2 * i];
+    }
+    for (int64_t k = 0; k < r->steps; k++) {
+        if (!sampling->exact || r->halvings[k] == 0) stage_inputs(r, sampling, k, 0, 1, states, once);
+        for (int64_t i = 0; i < 2 * count; i++) {
+            const int side = (int)(i % 2);
+            const Replayed context = {once, sign_of(side), chamber_of(&r->plant.cylinder, side), &r->plant, lanes + i / 2};
+            double *now = y + 2 * i;
+            if (failure[i] < 0) {
+                lane_over_step(r, sampling, k, &context, now, once);
+                if (!possible(now, context.lane)) failure[i] = k + 1;
+            }
+            double error = r->states[6 * (k + 1) + 2 + 2 * side] - now[0];
+            moments[2 * i] += error;
+            moments[2 * i + 1] += error * error;
+            if ((k + 1) % stride == 0) pressure[i * stored + (k + 1) / stride] = now[0];
+        }
+    }
+}
