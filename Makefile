@@ -6,9 +6,6 @@ SHELL := bash
 
 PYTHON ?= python3.11
 JOBS ?= 2
-ROOMS ?= physics statistics verdict
-SAMPLE ?= 40
-SEED ?= 1
 COUNT ?= 3
 EVIDENCE ?= $(notdir $(wildcard paper/evidence/*.nc paper/evidence/*.json))
 UNDISTURBED ?= 20
@@ -25,7 +22,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records template crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records template crate evidence crosscheck fuzz torture determinism slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -110,12 +107,6 @@ evidence: .venv/.dev  ## make EVIDENCE (all that is kept; hours) anew in results
 	$(activate)
 	snakemake -j$(JOBS) $(addprefix results/,$(EVIDENCE))
 	python workflow/kept.py compare $(EVIDENCE)
-
-mutations: .venv/.dev  ## change numbers and operators of ROOMS (or modules), SAMPLE of each (0: all); do the tests notice?
-	@echo "== mutations: cosmic-ray on $(ROOMS)"
-	$(activate)
-	uv pip install --quiet --constraint requirements.lock cosmic-ray
-	python -m tests.mutations $(ROOMS) --sample $(SAMPLE) --seed $(SEED)
 
 torture: .venv/.dev  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
 	@echo "== torture: results/evidence/torture.json"

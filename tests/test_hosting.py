@@ -7,7 +7,6 @@ import tomllib
 import pytest
 import yaml
 from checkout import ROOT, sources
-from mutations import listed, survivors, too_many
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 JOBS = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text())["jobs"]
@@ -33,26 +32,6 @@ def test_the_pages_are_made_by_targets_that_exist():
     targets = command.removeprefix("make ").removesuffix(" PYTHON=python").split()
     assert targets == ["reproduce", "docs"]
     assert all(re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE) for target in targets)
-
-
-def test_mutations_of_each_night_are_of_rooms_that_have_tests():
-    (job,) = yaml.safe_load((ROOT / ".github/workflows/nightly.yml").read_text())["jobs"].values()
-    for target in " ".join(job["strategy"]["matrix"]["room"]).split():
-        path = ROOT / "pneumo" / target
-        assert path.is_dir() or path.with_suffix(".py").exists()
-        assert list((ROOT / "tests" / target.split("/")[0]).rglob("test_*.py"))
-    assert not too_many({"a": {"made": 100, "survived": 5}})
-    assert too_many({"a": {"made": 1, "survived": 1}, "b": {"made": 1, "listed": 1, "survived": 0}}) == ["a"]
-
-
-def test_a_listed_mutant_has_a_reason_and_is_of_a_line_that_stands():
-    assert survivors() and len(listed()) == len(survivors())
-    for each in survivors():
-        lines = [
-            line.strip()
-            for line in (ROOT / "pneumo" / each["module"]).read_text(encoding="utf-8").splitlines()
-        ]
-        assert each["before"] in lines and each["after"] != each["before"] and each["reason"], each
 
 
 def test_the_recipe_names_the_package_its_licences_and_its_dependencies():
