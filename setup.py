@@ -14,7 +14,9 @@ class BuildCore(build_ext):
         try:
             super().build_extension(ext)
         except CompileError as error:
-            raise SystemExit(f"pneumo needs a C compiler and Python's headers to be installed from source: {error}") from None
+            raise SystemExit(
+                f"pneumo needs a C compiler and Python's headers to be installed from source: {error}"
+            ) from None
 
 
 setup(cffi_modules=["pneumo/core/build.py:ffi"], cmdclass={"build_ext": BuildCore})

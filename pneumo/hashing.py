@@ -65,7 +65,7 @@ def modules_behind(*modules: str) -> list[str]:
 def code_hash(*modules: str) -> str:
     """Return the SHA-256 of the named pneumo modules and of all pneumo modules that they import.
 
-    It changes with the meaning of a source only: not with comments, docstrings or layout, nor with modules
+    It changes with the meaning of a Python source only: not with comments, docstrings or layout, nor with modules
     `WITHOUT_NUMBERS`.
     """
     digest = hashlib.sha256()
@@ -73,6 +73,9 @@ def code_hash(*modules: str) -> str:
         source = _source(module)
         assert source is not None
         digest.update(module.encode() + b"\0" + _meaning(source.read_text(encoding="utf-8")).encode() + b"\0")
+        if source.name == "__init__.py":  # of a package with sources in C: the core
+            for file in sorted(source.parent.glob("*.[ch]")):
+                digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()
 
 

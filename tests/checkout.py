@@ -22,8 +22,8 @@ def sources() -> list[str]:
 
 
 def copy_checkout(folder: Path) -> Path:
-    """Copy every file of the project; return the folder."""
-    for name in sources():
+    """Copy every file of the project, and the core as it is compiled; return the folder."""
+    for name in (*sources(), *(str(file.relative_to(ROOT)) for file in ROOT.glob("pneumo/core/_core*.so"))):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
     return folder

@@ -42,7 +42,9 @@ def array(name: str, values: Any, shape: tuple[int | None, ...], dtype: type = n
     values = np.ascontiguousarray(values, dtype=dtype)
     fits = len(shape) == values.ndim and all(b in (None, a) for a, b in zip(values.shape, shape, strict=True))
     if not fits:
-        raise ValueError(f"{name}: shape {values.shape}; needed is {tuple('any' if n is None else n for n in shape)}")
+        raise ValueError(
+            f"{name}: shape {values.shape}; needed is {tuple('any' if n is None else n for n in shape)}"
+        )
     return ffi.from_buffer(CTYPES[values.dtype], values)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumo import core
+import pneumo.core as core
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import chamber_of
 from pneumo.physics.models import Lane

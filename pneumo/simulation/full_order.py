@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneumo import core
+import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
@@ -175,7 +175,9 @@ def run(
     """
     reference = np.array(reference, dtype=float)
     if reference.ndim != 1 or not len(reference):
-        raise ValueError(f"reference: shape {reference.shape}; needed is one number for each step and the end")
+        raise ValueError(
+            f"reference: shape {reference.shape}; needed is one number for each step and the end"
+        )
     steps, most = len(reference) - 1, core.whole("most_halvings", most_halvings, 0, MOST_HALVINGS)
     states, halvings = np.empty((steps + 1, 6)), np.zeros(steps, np.int8)
     core.lib.run(
@@ -270,6 +272,19 @@ def core_sampling(sampling: Sampling) -> Any:
     if not all(abs(delay) < core.LONGEST for delay in sampling.delay):
         raise ValueError(f"delay = {sampling.delay}: must be finite")
     return core.struct("Sampling", sampling)
+
+
+def stage_signals(recording: Recording, sampling: Sampling, k: int, halvings: int = 0) -> np.ndarray:
+    """Limited u, x and v that step k of a replay reads at its six stages and at its end: shape (part, 7, 3).
+
+    The step is divided into 2**halvings equal parts. With exact sampling the full-order states are
+    integrated again; otherwise the command is limited after it was read.
+    """
+    inputs = np.empty((1 << core.whole("halvings", halvings, 0, MOST_HALVINGS), STAGES + 1, 3))
+    core.whole("k", k, 0, len(recording.states) - 2)
+    struct, rule = core_recording(recording), core_sampling(sampling)
+    core.lib.stage_signals(struct, rule, k, halvings, core.out(inputs))
+    return inputs
 
 
 def recorded(experiment: Experiment, draws: np.ndarray) -> Recording:

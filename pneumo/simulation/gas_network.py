@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneumo import core
+import pneumo.core as core
 from pneumo.physics.models import Lane, Model, lane, temperature
 from pneumo.physics.valve import Gas
 from pneumo.simulation.runge_kutta import STAGES

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneumo import core
+import pneumo.core as core
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import Chamber, Side, acceleration, chamber_of, motion, sign_of, stopped
 from pneumo.physics.models import Lane, full_order_lane, temperature

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneumo import core
+import pneumo.core as core
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.models import Lane
@@ -197,5 +197,7 @@ def replay_side_by_side(
         end = min(first + BLOCK, samples - 1)
         core.lib.replay_lanes(run, rule, first, end, W.struct, W.psi, W.terms, core.out(pressure))
         take(first + 1, pressure[: end - first, :, :count])
-    sums, squares = ([W.row(of[side][0])[:count] for side in range(2)] for of in (W.struct.sum, W.struct.squares))
+    sums, squares = (
+        [W.row(of[side][0])[:count] for side in range(2)] for of in (W.struct.sum, W.struct.squares)
+    )
     return np.array(sums).T / samples, np.array(squares).T / samples

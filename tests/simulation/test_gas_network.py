@@ -12,7 +12,6 @@ from pneumo import testing as some
 from pneumo.physics.cylinder import Side, chamber_of, heat_area
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve import choked_flow, exact_gas, mass_flow
-from pneumo.simulation import gas_network
 from pneumo.simulation.full_order import chamber_rates
 from pneumo.simulation.gas_network import LAMINAR, Link, Node, fastest_rate, full_order_lane, law, replay
 from pneumo.simulation.reference import lane_rate
@@ -271,28 +270,3 @@ def test_heat_alone_makes_a_node_as_fast_as_its_conductance():
     V, none = np.full((1, 2), 1e-4), np.empty((0, 2))
     fastest = [fastest_rate([hot_node(k_0=k_0)], [], [HOT], V, none, AIR) for k_0 in (0.0, 3.0, 6.0)]
     assert fastest == pytest.approx([0.0, fastest[1], 2 * fastest[1]], rel=1e-12) and fastest[1] > 0
-
-
-@pytest.mark.parametrize(
-    ("P", "T", "full", "ends"),
-    [
-        (0.5, 0.5, True, False),
-        (0.0, 0.5, True, True),
-        (-0.5, 0.5, True, True),
-        (0.5, 0.0, True, True),
-        (0.5, -0.5, True, True),
-        (0.5, -0.5, False, False),  # a temperature that is no state
-        (0.0, -0.5, False, True),
-        (np.nan, 0.5, True, True),
-    ],
-)
-def test_a_replay_ends_where_a_state_is_not_positive(P, T, full, ends, monkeypatch):
-    def step(_y, _context, _h, _Y, _K, y):
-        y[:2] = P, T
-
-    monkeypatch.setattr(gas_network, "_step", step)
-    plain = getattr(gas_network._replayed, "py_func", gas_network._replayed)
-    of = node(of=(FULL[0], full))
-    nodes, none, ones = np.array([(*of.lane, *of[1:])]), np.empty((0, 4)), np.ones((1, 3))
-    states = plain(nodes, none, np.empty((0, 2)), ones, np.empty((0, 3)), ones, AIR, H, 1)
-    assert np.isnan(states[1:]).all() == ends and states[0, 0] == of.P

@@ -8,7 +8,7 @@ from scipy.integrate import RK45
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
 from pneumo.simulation import full_order, reference, signals, vectorised
-from pneumo.simulation.full_order import RAN, equilibrium, failure, record, run
+from pneumo.simulation.full_order import RAN, failure, record, run
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay, replay_by_reference, replay_in_parts
 from pneumo.simulation.runge_kutta import STAGES, C
@@ -109,8 +109,7 @@ def test_parts_of_a_step_read_by_the_same_rule(sampling, read):
 def test_exact_signals_end_where_the_next_recorded_step_begins(halvings):
     e = lasting("E06", 0.2)
     r = record(e)
-    parts = signals._inputs_of(r, study_sampling(EXACT, e), 0, np.full(e.steps, halvings, np.int8))
-    ends = parts[2**halvings - 1 :: 2**halvings, -1]
+    ends = np.array([stage_signals(r, study_sampling(EXACT, e), k, halvings)[-1, -1] for k in range(e.steps)])
     # Whole steps are the recorded ones; two halves differ by the error of a whole step (2e-10 m, 6e-7 m/s).
     np.testing.assert_allclose(ends[:, 1:], r.states[1:, :2], rtol=0, atol=2e-6 * halvings)
 
@@ -154,15 +153,6 @@ def test_each_error_is_judged_on_its_own_scale(state, monkeypatch):
     assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 7.0 / scale
     error[0] = 1.0  # m, over the stroke
     assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 1.0 / e.plant.cylinder.stroke
-
-
-@pytest.mark.parametrize("most", [None, 0, 1, 2])
-def test_a_step_that_is_never_accurate_is_halved_as_often_as_a_run_may(most, monkeypatch):
-    monkeypatch.setattr(full_order, "STEP_TOLERANCE", -1.0)
-    e = STUDY.experiments["E14"]
-    plain, allowed = getattr(run, "py_func", run), () if most is None else (most,)  # by default it may not
-    result = plain(equilibrium(e.plant), np.full(3, 0.01), 0.0, e.drive, e.plant, e.h, *allowed)
-    assert result.halvings.tolist() == [most or 0] * 2
 
 
 FAILED = [(0.0, 0.0), (-0.5, 0.0), (np.nan, 0.0), (1.0, np.nan), (1.0, np.inf), (1.0, -np.inf)]

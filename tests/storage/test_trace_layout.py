@@ -74,9 +74,9 @@ def test_a_model_that_failed_at_every_n_has_no_best_trace(recording):
 
 
 def test_lanes_that_the_readable_kernel_replays_again_replace_what_was_gathered(recording, monkeypatch):
-    together, block = traced(EXPERIMENT, STUDY, recording, "exact", BEST), replay_module.replay_block
+    together, block = traced(EXPERIMENT, STUDY, recording, "exact", BEST), replay_module.replay_side_by_side
     monkeypatch.setattr(
-        replay_module, "replay_block", lambda *a: (block(*a)[0], np.full((len(a[1]), 2), np.nan))
+        replay_module, "replay_side_by_side", lambda *a: (block(*a)[0], np.full((len(a[1]), 2), np.nan))
     )
     again = traced(EXPERIMENT, STUDY, recording, "exact", BEST)
     for name in ("lowest", "highest", "error"):  # in single precision; kernels differ by rounding

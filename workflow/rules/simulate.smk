@@ -27,7 +27,6 @@ rule settling:
         "<results>/logs/settling.log",
     priority: 1  # before what replays do not wait for
     params:
-        meanwhile="pneumo.jobs.kernels.compile_replays",  # by name: no result of this rule comes from it
         code=code_behind("settling.py"),
     message:
         "Settling-time runs, settling times and the ten-times rule"

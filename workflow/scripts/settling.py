@@ -1,7 +1,6 @@
 """Estimate the settling times of every experiment, and check the durations against them."""
 
 from pathlib import Path
-from pkgutil import resolve_name
 
 from pneumo.jobs.wrapper import run_job
 from pneumo.simulation.settling import settle
@@ -10,10 +9,8 @@ from pneumo.storage.files import attributes, read, read_study, write
 from pneumo.storage.layout import settling_dataset
 
 
-def main(parameters: Path, meanwhile: str, runs: list[Path], table: Path, code: str) -> None:
+def main(parameters: Path, runs: list[Path], table: Path, code: str) -> None:
     study = read_study(parameters)
-    # Full-order runs occupy one core now, and replays will wait for them: compiled here, they start at once.
-    resolve_name(meanwhile)(study)
     summary = "Piston pushed onto an end stop, held until still, released; Fig. 7 and Table 5"
     for run in runs:
         e = study.experiments[run.stem]

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import OptimizeResult, least_squares
 
-from pneumo import core
+import pneumo.core as core
 from pneumo.fit.fit_result import Estimate
 
 R_NITROGEN, GAMMA = 296.80, 1.4  # J/(kg K); at 0.3 to 1.6 MPa nitrogen is perfect within 1 %

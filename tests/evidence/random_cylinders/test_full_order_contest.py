@@ -8,7 +8,6 @@ from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.evidence.random_cylinders import contest_statistics as s
 from pneumo.evidence.random_cylinders import full_order_contest as c
 from pneumo.evidence.random_cylinders.cylinder_runs import random_experiments
-from pneumo.simulation import full_order_replay
 from pneumo.simulation.chamber_replay import replay_chambers
 from pneumo.simulation.full_order import record
 from pneumo.simulation.full_order_replay import FullRow, full_order_mse
@@ -37,79 +36,6 @@ def test_a_row_is_the_full_order_of_the_plant_as_told(recording, k_0, valve):
     row = told.full_row("true")
     mse = full_order_mse(recording._replace(most_halvings=0), [row], INTERPOLATED)[0]
     np.testing.assert_allclose(mse, expected, rtol=1e-9)
-
-
-def scripted_mse(recording, monkeypatch, step, rows, most):
-    """Errors of rows on five steps of a run that stays at 0.25 Pa and 0.25 K, with `step` as a row's step."""
-    replay = full_order_replay._replay_rows
-    monkeypatch.setattr(full_order_replay, "_replay_rows", getattr(replay, "py_func", replay))
-    monkeypatch.setattr(full_order_replay, "_row_step", step)
-    states = recording.states[:6].copy()
-    states[:, 2:] = 0.25
-    short = recording._replace(states=states, reference=recording.reference[:6], u=recording.u[:6])
-    short = short._replace(halvings=np.zeros(5, np.int8), most_halvings=most)
-    return full_order_mse(short, rows, INTERPOLATED)
-
-
-@pytest.mark.parametrize("most", [0, 1, 3])
-def test_each_row_is_halved_until_it_is_accurate_and_no_further(recording, monkeypatch, most):
-    def step(y, context, h, estimated, *_work):
-        assert estimated == (most > 0)
-        y[0] += 2.0**-10  # the pressure counts the parts of the steps that were kept
-        return 0.5e-4 if recording.h / h >= 2.0 ** context[4].wall_scale else 1.0
-
-    needed = np.array([2.0, 0.0, 5.0, 1.0])
-    mse = scripted_mse(recording, monkeypatch, step, [FullRow(wall_scale=k) for k in needed], most)
-    parts = 2.0 ** np.minimum(needed, most) / 2**10
-    expected = parts**2 * sum(k**2 for k in range(6)) / 6
-    np.testing.assert_allclose(mse, np.column_stack([expected] * 2), rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("P", "T", "sound"),
-    [
-        (0.5, 0.5, True),
-        (0.0, 0.5, False),
-        (-0.5, 0.5, False),
-        (0.5, 0.0, False),
-        (0.5, -0.5, False),
-        (np.nan, 0.5, False),
-        (1e200, 0.5, False),
-    ],
-)
-def test_a_row_whose_pressure_or_temperature_is_not_positive_has_no_error(
-    recording, monkeypatch, P, T, sound
-):
-    def step(y, context, *_):
-        y[:] = (P, T) if context[4].wall_scale == 1 else (0.25, 0.25)
-        return 0.0
-
-    rows = [FullRow(), FullRow(wall_scale=2.0)]
-    with np.errstate(over="ignore"):
-        mse = scripted_mse(recording, monkeypatch, step, rows, 3)
-    assert np.isfinite(mse).tolist() == [[sound] * 2, [True] * 2]
-
-
-@pytest.mark.parametrize(
-    ("after", "error", "expected"),
-    [
-        ((0.5, 0.5), (-7.0, 0.0), "P_0"),
-        ((0.5, 0.5), (0.0, -7.0), "T_0"),
-        ((0.0, 0.5), (0.0, 0.0), None),
-        ((-0.5, 0.5), (0.0, 0.0), None),
-        ((0.5, -0.5), (0.0, 0.0), None),
-        ((0.5, 0.5), (np.nan, 0.0), None),
-        ((0.5, 0.5), (np.inf, 0.0), None),
-    ],
-)
-def test_the_error_of_a_rows_step_is_relative_and_infinite_where_it_failed(
-    after, error, expected, monkeypatch
-):
-    monkeypatch.setattr(full_order_replay, "_step", lambda _y, _c, _h, _Y, _K, y: y.__setitem__(..., after))
-    monkeypatch.setattr(full_order_replay, "_estimate", lambda _y, _c, _h, _K, e: e.__setitem__(..., error))
-    plant, y = EXPERIMENT.plant, np.ones(2)
-    judged = full_order_replay._row_step(y, (0, 0, 0, plant), 1e-3, True, y, y, np.empty(2))
-    assert judged == (7.0 / getattr(plant.conditions, expected) if expected else np.inf)
 
 
 def test_the_simulation_knows_what_is_told_and_not_the_cylinder():

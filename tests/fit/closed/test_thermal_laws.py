@@ -264,14 +264,6 @@ def test_a_chamber_that_is_left_out_keeps_its_measured_pressure(side):
     assert np.ptp(P[side]) > 1e3
 
 
-def test_plain_python_gives_the_kernels_pressures_and_reads_no_sample_beyond():
-    V, ratio = VOLUMES[:, :8], SHORT.area_ratio[:, :8]
-    law = np.array([1.1, 0.9]), GAMMA, np.array([60.0, 40.0]), 1.0, 0.5, 2e-8
-    arguments = FIRST, V, (True, True), V, ratio, H, *law, R_NITROGEN, GAMMA, T_WALL, P_0 * T_WALL
-    plain = laws.closed_chambers.py_func(*arguments)  # in which an index beyond its inputs is an error
-    np.testing.assert_allclose(plain, laws.closed_chambers(*arguments), rtol=1e-12)
-
-
 def test_a_search_is_between_bounds_that_leave_room_about_what_is_likely(monkeypatch):
     monkeypatch.setattr(laws, "least_squares", lambda residual, start, **options: (start, options))
     problem = problem_of("adiabatic", names=laws.PARAMETERS)
