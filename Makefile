@@ -10,7 +10,6 @@ ROOMS ?= physics statistics verdict
 SAMPLE ?= 40
 SEED ?= 1
 COUNT ?= 3
-EVIDENCE ?= $(notdir $(wildcard paper/evidence/*.nc paper/evidence/*.json))
 UNDISTURBED ?= 20
 FOLDER ?=
 PNEUMO ?= pneumo
@@ -25,7 +24,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records template crate evidence crosscheck fuzz mutations torture determinism slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records template crate crosscheck fuzz mutations torture determinism slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -104,12 +103,6 @@ crate: .venv/.dev records  ## bundle the finished study as a Workflow Run RO-Cra
 	@echo "== crate: results/crate.zip"
 	$(activate)
 	python workflow/crate.py
-
-evidence: .venv/.dev  ## make EVIDENCE (all that is kept; hours) anew in results/ and compare it with paper/evidence
-	@echo "== evidence: snakemake -j$(JOBS), then workflow/kept.py compare"
-	$(activate)
-	snakemake -j$(JOBS) $(addprefix results/,$(EVIDENCE))
-	python workflow/kept.py compare $(EVIDENCE)
 
 mutations: .venv/.dev  ## change numbers and operators of ROOMS (or modules), SAMPLE of each (0: all); do the tests notice?
 	@echo "== mutations: cosmic-ray on $(ROOMS)"
