@@ -7,7 +7,6 @@ SHELL := bash
 PYTHON ?= python3.11
 JOBS ?= 2
 COUNT ?= 3
-EVIDENCE ?= $(notdir $(wildcard paper/evidence/*.nc paper/evidence/*.json))
 UNDISTURBED ?= 20
 FOLDER ?=
 PNEUMO ?= pneumo
@@ -22,7 +21,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records template crate evidence crosscheck fuzz torture determinism slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records template crate crosscheck fuzz torture determinism slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -101,12 +100,6 @@ crate: .venv/.dev records  ## bundle the finished study as a Workflow Run RO-Cra
 	@echo "== crate: results/crate.zip"
 	$(activate)
 	python workflow/crate.py
-
-evidence: .venv/.dev  ## make EVIDENCE (all that is kept; hours) anew in results/ and compare it with paper/evidence
-	@echo "== evidence: snakemake -j$(JOBS), then workflow/kept.py compare"
-	$(activate)
-	snakemake -j$(JOBS) $(addprefix results/,$(EVIDENCE))
-	python workflow/kept.py compare $(EVIDENCE)
 
 torture: .venv/.dev  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
 	@echo "== torture: results/evidence/torture.json"

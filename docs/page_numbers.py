@@ -1,6 +1,7 @@
 """Numbers of results on pages and in README: `make numbers` writes docs/numbers.yaml.
 
-A page names a number where it belongs, as `{{ at_work.plants }}`. readme_blocks.py has the blocks of README.
+A page names a number where it belongs, as `{{ cluster.cylinder }}`.
+readme_blocks.py has the blocks of README.
 """
 
 import json
@@ -10,7 +11,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import at_work
 import cluster
 import contest
 import cost
@@ -18,8 +18,6 @@ import fit_bench
 import measured_air
 import measurements
 import opening_picture
-import partly_known
-import signal_sampling
 import simulators
 import which_model
 import xarray as xr
@@ -28,12 +26,10 @@ from fragments import NUMBERS, ROOT, stored_numbers
 
 from benchmarks.fleet_law import law_figure
 from pneumo.catalogue import coefficient_times_length, measured_conductances
-from pneumo.evidence.fit_coverage.interval_coverage import full_order_truth, intervals_that_hold
 from pneumo.evidence.sensitivity.toggle_effects import LOGARITHMIC_TABLES, toggle_effects
 from pneumo.export.step_cost import FILE as STEP_COST
 from pneumo.publish.style import save
 from pneumo.publish.text.kept_sentences import keep_sentences
-from pneumo.publish.text.markdown_tables import coverage_tables
 from pneumo.publish.text.todays_answer import quoted
 from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.assumptions import AS_TAKEN
@@ -41,7 +37,7 @@ from pneumo.verdict.claims import read_claims
 
 RESULTS = ROOT / "results"
 LIMIT = 0.001  # of a misfit's change that verification.md counts
-FIGURES = ("at_work", "measurements", "pulses", "regimes", "vessel")  # copies of results/figures/
+FIGURES = ("measurements", "pulses", "regimes", "vessel")  # copies of results/figures/
 
 Numbers = dict[str, dict[str, Any]]  # by page or source, then by name
 
@@ -79,18 +75,14 @@ def verification(reproduced: xr.DataArray) -> dict[str, str]:
 
 def from_kept_files() -> Numbers:
     """Numbers from files that are in the repository: paper/evidence, docs/static, the catalogue."""
-    at_work_runs, measured, air, cylinders, fits, toggled, floor, contested, known = (
+    measured, air, cylinders, toggled, contested = (
         xr.load_dataset(KEPT / f"{name}.nc")
         for name in (
-            "at_work",
             "measurements",
             "measured_air",
             "cylinders",
-            "fit_coverage",
             "assumptions",
-            "floor",
             "contest",
-            "partly_known",
         )
     )
     bench = fit_bench.stored()
@@ -98,7 +90,6 @@ def from_kept_files() -> Numbers:
     steps = json.loads(STEP_COST.read_text(encoding="utf-8"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
     return {
-        "at_work": named(at_work.numbers(at_work_runs), at_work.tables(at_work_runs)),
         "catalogue": {
             "factor": f"{coefficient_times_length()[1]:.1f}",
             "k_0": f"{min(k_0):g} to {max(k_0):g}",
@@ -107,20 +98,13 @@ def from_kept_files() -> Numbers:
         "contest": named(contest.numbers(contested), contest.tables(contested)),
         "cost": named(cost.numbers(steps), cost.tables(steps)),
         "cylinders": named(which_model.cylinder_numbers(cylinders), which_model.cylinder_tables(cylinders)),
-        "fit": {
-            "cases": f"{fits.sizes['case']:,}",
-            "of_full_order": f"{fits['full_true_k_0'].count().item()}",
-            "coverage": coverage_tables(intervals_that_hold(fits), full_order_truth(fits)).strip(),
-        },
         "fit_bench": named(fit_bench.numbers(bench), fit_bench.tables(bench)),
         "measured_air": named(
             measured_air.numbers(air),
             measured_air.tables(air) | {"walls": measured_air.wall_table(air, measured)},
         ),
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
-        "partly_known": named(partly_known.numbers(known), partly_known.tables(known)),
         "simulators": named(simulators.numbers(simulators.stored()), simulators.tables(simulators.stored())),
-        "signal_sampling": named(signal_sampling.numbers(floor), {}),
         "verification": named(verification(toggled["reproduced"]), {}),
     }
 

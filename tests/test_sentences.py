@@ -100,41 +100,6 @@ def test_sentences_of_measured_air_hold():
     assert T.sel(model=EQ_7) < 0.75 * T.sel(model=FULL)
 
 
-def test_sentences_of_at_work_hold():
-    from at_work import CONTROLLERS, OBSERVERS, WITHOUT_WALL
-
-    at_work = xr.load_dataset(KEPT / "at_work.nc")
-    right = at_work.sel(factor=1.0)
-    assert at_work.sizes["plant"] == 7
-    # M8 and M10 are nearest the best on average, and replays rank observers.
-    lost = np.log(right["loss"].sel(use=OBSERVERS, bound="estimate")).mean(("use", "plant"))
-    assert lost["compared"].values[np.argsort(lost.values)[:2]].tolist() == ["M10", "M8"]
-    correlation = right["mean_correlation"]
-    assert (correlation.sel(use=OBSERVERS, bound="low") > 0.5).all()
-    # The one exception, and what the two put first there.
-    low = right["correlation"].sel(use=OBSERVERS, bound="low")
-    not_predicted = low.stack(case=("use", "plant")).where(lambda bound: bound <= 0, drop=True)
-    assert set(not_predicted["case"].values) == {(use, "D, 2.5 W/K") for use in OBSERVERS if "open" in use}
-    d = right.sel(plant="D, 2.5 W/K")
-    replays = d["replay_error"].sel(loop="open").mean("seed")
-    assert set(replays["model"].values[np.argsort(replays.values)[:2]]) == {"M5", "M6"}
-    loss = d["loss"].sel(use=[use for use in OBSERVERS if "open" in use], bound="estimate")
-    assert not set(loss["compared"].values[loss.argmin("compared")]) & set(WITHOUT_WALL)
-    # No model matters little to an observer; of those without wall heat M6 alone is ever enough.
-    assert not right["hardly_matters"].sel(use=OBSERVERS).any()
-    enough = right["loss"].sel(use=OBSERVERS, compared=WITHOUT_WALL, bound="high") < 1.1
-    assert set(enough["compared"].values[enough.any(("use", "plant"))]) == {"M6"}
-    errors = np.log(at_work["estimation_error"]).mean(("plant", "seed"))
-    wrong = errors.sel(carried=["M8, 0.5 k_0", "M8, 2 k_0"]).max("carried")
-    assert (wrong < errors.sel(carried=WITHOUT_WALL).min("carried")).all()
-    # Controllers.
-    hardly = right["hardly_matters"].sel(use=CONTROLLERS) == 1
-    assert hardly.drop_sel(use="controller, following, none").all()
-    for use in CONTROLLERS:
-        assert correlation.sel(use=use, bound="low") < 0.5
-    assert correlation.sel(use="controller, following, none", bound="high") < 0
-
-
 def test_sentences_about_random_cylinders_hold():
     runs = xr.load_dataset(KEPT / "cylinders.nc")
     ratio = runs["third_ratio"].sel(group="exchange", pair="M8/M7")

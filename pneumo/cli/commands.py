@@ -15,7 +15,6 @@ from pneumo.cli.fit_commands import fit, show
 from pneumo.cli.model_commands import export, linearise, models
 from pneumo.cli.paper_commands import (
     assumptions,
-    check_evidence,
     ensemble,
     explain,
     figures,
@@ -37,7 +36,7 @@ app.add_typer(paper, name="paper")
 
 for command in (init, check, study, show, fit, rig, linearise, export, models):
     app.command()(command)
-for command in (verdict, explain, figures, assumptions, identify, setups, ensemble, check_evidence, verify):
+for command in (verdict, explain, figures, assumptions, identify, setups, ensemble, verify):
     paper.command()(command)
 
 

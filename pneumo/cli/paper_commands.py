@@ -229,46 +229,6 @@ def ensemble(
     console.print(findings_table(statements, headlines=False), markup=False, soft_wrap=True)
 
 
-def check_evidence() -> None:
-    """Compare kept evidence with its SHA-256 and with samples.
-
-    It takes a minute; whole files take hours: `make evidence`.
-    """
-    import time
-
-    from pneumo.errors import ResultError
-    from pneumo.evidence.kept_samples import SAMPLES, check_samples, of_this_study
-    from pneumo.storage.kept_evidence import KEPT, LIST, unlike_list
-
-    row = "{:<18} {:>7}  {:<11} {:>9}  {:<8} {:>5}  {}"
-    typer.echo(row.format("file", "numbers", "", "off by", "code", "s", "farthest"))
-    changed, wrong = unlike_list(KEPT), list[str]()
-    for file in changed:
-        typer.echo(row.format(file, 0, "CHANGED", "", "", "", f"SHA-256 not as in {LIST}"))
-    for file in (file for file in SAMPLES if file not in changed):
-        if not of_this_study(file):
-            wrong.append(file)
-            typer.echo(row.format(file, 0, "OTHER STUDY", "", "", "", "made from another configuration"))
-            continue
-        start = time.perf_counter()
-        checked = check_samples(file)
-        wrong += [] if checked.good else [file]
-        words = (
-            "as kept" if checked.good else "DIFFERENT",
-            f"{checked.off:.1e}",
-            "this" if checked.by_this_code else "earlier",
-        )
-        typer.echo(
-            row.format(file, checked.numbers, *words, f"{time.perf_counter() - start:.1f}", checked.worst)
-        )
-    problems = [f"{', '.join(changed)}: not as listed in {KEPT / LIST}"] if changed else []
-    problems += (
-        [f"{', '.join(wrong)}: not what is computed today; `make evidence` makes it anew"] if wrong else []
-    )
-    if problems:
-        raise ResultError("; ".join(problems))
-
-
 def verify(
     results: Annotated[Path, Argument(help="folder of results")] = RESULTS,
     remove: Annotated[

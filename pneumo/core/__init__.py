@@ -1,8 +1,8 @@
 """The compiled core: loops over equations (1) to (8) and (10) in C, with the same bits on every processor.
 
-The equations are stated in `pneumo.physics`; tests hold this C to them. Functions of the package pass arrays and named
-tuples through `array`, `empty` and `struct`, which refuse what the C code could not read. Every call releases Python's
-lock.
+The equations are stated in `pneumo.physics`; tests hold this C to them. Functions of the package pass arrays
+and named tuples through `array`, `out` and `struct`, which refuse what the C code could not read. Every call
+releases Python's lock.
 """
 
 from collections.abc import Iterable

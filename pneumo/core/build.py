@@ -1,4 +1,4 @@
-"""Build of the compiled core with cffi: `ffi` is what setup.py compiles into the module `pneumo.core._core`."""
+"""Build of the compiled core with cffi: setup.py compiles `ffi` into the module `pneumo.core._core`."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ from cffi import FFI
 
 FOLDER = Path(__file__).parent
 SOURCES = ("full_order", "replay", "fitted", "network", "kalman")
-# No contraction of a * b + c, so that every processor computes the same bits; the other flags change no result: they
-# let square roots and selections become vector instructions.
+# No contraction of a * b + c, so that every processor computes the same bits; the other flags change no result:
+# they let square roots and selections become vector instructions.
 FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
 
 ffi = FFI()

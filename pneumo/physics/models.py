@@ -74,7 +74,7 @@ class Lane(NamedTuple):
     e_A: float  #: exponent of A_q / A_q0 in the wall law
     e_PT: float  #: exponent of PT / (P_0 T_0) in the wall law
     full: float = (
-        0.0  #: 1 where the temperature is a state, by eq (5): the full order; 0: it follows by eq (6)
+        0.0  #: 1 where the temperature is a state, by eq (5); 0 where it follows by eq (6)
     )
 
 

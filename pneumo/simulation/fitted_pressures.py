@@ -1,9 +1,10 @@
 """Pressures of both chambers by several sets of parameters at once, on signals given at every stage.
 
-A fit makes these replays hundreds of times. Each set of parameters is a lane, as in `pneumo.simulation.replay`
-and with the equations there, but has dead volumes of its own. Sensors have errors of a hundred pascal or more, so
-a third-order method is enough: its error with steps of 1 ms is below 1 Pa. A step in which a chamber meets the
-pressure of its open port, where the slope of eq (1) is infinite, is implicit.
+A fit makes these replays hundreds of times. Each set of parameters is a lane, as in
+`pneumo.simulation.replay` and with the equations there, but has dead volumes of its own. Sensors have errors
+of a hundred pascal or more, so a third-order method is enough: its error with steps of 1 ms is below 1 Pa. A
+step in which a chamber meets the pressure of its open port, where the slope of eq (1) is infinite, is
+implicit.
 """
 
 from typing import Any

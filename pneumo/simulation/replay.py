@@ -44,8 +44,8 @@ def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: 
     `pneumo.physics.models.lane_array`; `sampling` says how the signals are read; `stride` is the number of
     steps between stored pressures.
 
-    Most lanes are replayed side by side. Those that cannot be (the full order, an unusual wall law or valve, a
-    pressure too far from P_0) follow one after another. Where the run itself failed, every lane has the
+    Most lanes are replayed side by side. Those that cannot be (the full order, an unusual wall law or valve,
+    a pressure too far from P_0) follow one after another. Where the run itself failed, every lane has the
     status "no full-order run" (`NO_RUN`).
     """
     different, index = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1

@@ -35,11 +35,6 @@ def removed_unless_kept(damaged: Path) -> str:
     return "removed, the next run makes it again"
 
 
-def list_kept(folder: Path) -> None:
-    """Write the SHA-256 of every kept file into a list beside them."""
-    (folder / LIST).write_text(sha256_lines(kept_files(folder), folder), encoding="utf-8")
-
-
 def unlike_list(folder: Path) -> list[str]:
     """Names of kept files that are missing, not listed, or changed since they were listed, sorted."""
     with regular_file(folder / LIST, LARGEST_JSON) as opened:

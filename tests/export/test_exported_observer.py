@@ -1,24 +1,20 @@
 """Exported observers, in C and Structured Text, against `pneumo.ekf` sample by sample."""
 
-import json
 from functools import cache
 from importlib.util import find_spec
 
 import numpy as np
 import pytest
-import xarray as xr
 from brief import in_brief
 from exported_c import C_COMPILER, CompiledObserver, run_test_program
 from plain_rates import OWN
 
 import pneumo
-from benchmarks.observer_noise import tuned
 from pneumo.equations.system import FULL_ORDER, system
 from pneumo.errors import InputError
 from pneumo.export import exported
 from pneumo.export.known_steps import scale
-from pneumo.export.observer_noise import FILE, SENSORS, observer_noise
-from pneumo.storage.kept_evidence import KEPT
+from pneumo.export.observer_noise import SENSORS, observer_noise
 
 N, H = 1.35, 1e-3
 BLARK = pytest.mark.skipif(find_spec("blark") is None, reason="blark is not installed")
@@ -158,10 +154,6 @@ def test_structured_text_estimates_as_the_filter_in_python(plant):
     head = exported("M8", N, plant, "st", observer="both")["M8.st"].decode()
     stated = [int(w) for w in head.partition("at most: ")[2].partition("\n")[0].split() if w.isdigit()]
     assert np.all(most <= stated) and np.all(most >= 0.6 * np.array(stated)), (most, stated)
-
-
-def test_the_kept_noise_is_that_of_the_models_at_work():
-    assert json.loads(FILE.read_text(encoding="utf-8")) == tuned(xr.load_dataset(KEPT / "at_work.nc"))
 
 
 @pytest.mark.slow

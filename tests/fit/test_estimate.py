@@ -8,11 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
+from synthetic_records import synthetic_record, true_parameters
 
 from pneumo.configuration.parameters import accuracy
 from pneumo.errors import InputError
-from pneumo.evidence.fit_coverage.interval_coverage import true_parameters
-from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit import estimate as fit_estimate
 from pneumo.fit import parameter_intervals as fit_intervals
 from pneumo.fit.closed.thermal_time_constant import transient

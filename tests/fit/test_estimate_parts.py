@@ -3,10 +3,9 @@
 from types import SimpleNamespace
 
 import numpy as np
+from synthetic_records import synthetic_record, true_parameters
 
 from pneumo.configuration.parameters import accuracy
-from pneumo.evidence.fit_coverage.interval_coverage import true_parameters
-from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit import measurement_fit
 from pneumo.fit.estimate import alike_notes, at_temperature, error_line, ranked, slight, split_of
 from pneumo.fit.fit_problem import FULL, Problem

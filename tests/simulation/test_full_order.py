@@ -12,12 +12,13 @@ from paper_study import STUDY, lasting
 from scipy.integrate import solve_ivp
 
 from pneumo import testing as some
-from pneumo.simulation.excitation import reference_series
+from pneumo.simulation.excitation import command, reference_series
 from pneumo.simulation.full_order import (
     DIVERGED,
     NOT_POSITIVE,
     RAN,
     command_series,
+    compiled_run,
     equilibrium,
     failure,
     record,

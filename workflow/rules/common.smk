@@ -36,8 +36,3 @@ def cylinders_of(wildcards):
 def contest_cylinders_of(wildcards):
     """Numbers of the cylinders of a block of the contest."""
     return list(range(int(wildcards.first), int(wildcards.first) + CONTEST_BLOCK))
-
-
-def number_of_plant(wildcards):
-    """Number of a plant at work, from which its seeds are drawn."""
-    return AT_WORK[wildcards.plant]

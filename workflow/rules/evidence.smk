@@ -10,7 +10,6 @@ DRAWN = {
     }
     for figure, results, module, function in [
         ("identification", "identification", "identification_figure", "identification_figure"),
-        ("error_budget", "error_budget", "budget_figure", "error_budget_figure"),
         ("floor", "floor", "floor_figure", "floor_figure"),
         ("ensemble", "ensemble", "ensemble_figure", "ensemble_figure"),
         ("regimes", "cylinders", "regimes_figure", "regime_map"),
@@ -18,7 +17,6 @@ DRAWN = {
         ("measurements", "measurements", "measurements_figure", "measurements_figure"),
         ("pulses", "measured_air", "measured_air_figure", "pulses_figure"),
         ("vessel", "measured_air", "measured_air_figure", "vessel_figure"),
-        ("at_work", "at_work", "at_work_figure", "at_work_figure"),
     ]
 }
 
@@ -28,13 +26,10 @@ EVIDENCE_CODE = {
     for name in [
         "assumptions",
         "power",
-        "error_budget",
-        "floor",
         "variants",
         "cylinders",
         "contest",
         "measured_air",
-        "partly_known",
     ]
 } | {
     "findings.json": code_behind("findings.py"),
@@ -169,38 +164,6 @@ rule open_loop:
         "../scripts/open_loop.py"
 
 
-rule error_budget:
-    input:
-        parameters=rules.parameters.output[0],
-    output:
-        budgets="<results>/error_budget.nc",
-    log:
-        "<results>/logs/error_budget.log",
-    threads: all_cores
-    params:
-        code=code_behind("error_budget.py"),
-    message:
-        "Error budget: model, signal sampling and step"
-    script:
-        "../scripts/error_budget.py"
-
-
-rule floor:
-    input:
-        parameters=rules.parameters.output[0],
-    output:
-        floors="<results>/floor.nc",
-    log:
-        "<results>/logs/floor.log",
-    threads: all_cores
-    params:
-        code=code_behind("floor.py"),
-    message:
-        "Error floor of signal sampling: measured, and predicted without replays"
-    script:
-        "../scripts/floor.py"
-
-
 RECORDS = ["2021-07-26", "2022-01-28", "2022-12-21-vented", "friction"]  # of data/mbari
 
 
@@ -286,42 +249,6 @@ rule variants_summary:
         "../scripts/variants_summary.py"
 
 
-CASES, CASES_IN_BLOCK = 1000, 50  # random cylinders fitted; in one job, some two minutes on one core
-CASE_BLOCKS = [f"{first:03}" for first in range(0, CASES, CASES_IN_BLOCK)]
-
-
-rule fit_coverage_block:
-    output:
-        block="<results>/fit_coverage/{first}.nc",
-    log:
-        "<results>/logs/fit_coverage_{first}.log",
-    wildcard_constraints:
-        first=r"\d{3}",
-    params:
-        cases=CASES_IN_BLOCK,
-        code=code_behind("fit_coverage_block.py"),
-    message:
-        "Fits to random cylinders with known truth, from {wildcards.first} on"
-    script:
-        "../scripts/fit_coverage_block.py"
-
-
-rule fit_coverage:
-    input:
-        blocks=expand(rules.fit_coverage_block.output, first=CASE_BLOCKS),
-    output:
-        cells="<results>/fit_coverage.nc",
-        table="<results>/fit_coverage.md",
-    log:
-        "<results>/logs/fit_coverage.log",
-    params:
-        code=code_behind("fit_coverage.py"),
-    message:
-        "Do the intervals of pneumo fit hold the truth"
-    script:
-        "../scripts/fit_coverage.py"
-
-
 rule evidence:
     input:
         rules.assumptions_effects.output,
@@ -329,6 +256,5 @@ rule evidence:
         kept("power.nc"),
         kept("open_loop.nc"),
         expand("<results>/figures/{name}.{kind}", name=DRAWN, kind=["svg", "png"]),
-        kept("fit_coverage.nc"),
         rules.ensemble.input,
         "<results>/paper.pdf",  # of rules/manuscript.smk, which reads the rest

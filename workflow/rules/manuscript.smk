@@ -25,7 +25,7 @@ rule manuscript:
     log:
         "<results>/logs/manuscript.log",
     params:
-        code_now=code_now(*READ),
+        code_now=code_now(*[name for name in READ if name in EVIDENCE_CODE]),
         code=code_behind("manuscript.py"),
     message:
         "Manuscript as PDF"

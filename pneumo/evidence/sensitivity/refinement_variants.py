@@ -11,7 +11,6 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.experiments_side_by_side import for_each_experiment, side_by_side
 from pneumo.evidence.sensitivity.alternatives import Alternative, equal_runs
-from pneumo.evidence.signal_sampling.error_budget import sliced
 from pneumo.physics.models import MODELS
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay
@@ -46,7 +45,7 @@ def errors_by_alternative(name: str, alternatives: Mapping[str, Alternative]) ->
     errors: dict[str, np.ndarray] = {}
     for group in groups:
         first = alternatives[group[0]]
-        mse = refined_errors(sliced(first.study.experiments[name], CUT_TO), first)
+        mse = refined_errors(_cut(first.study.experiments[name]), first)
         errors |= dict.fromkeys(group, mse)
     taken = alternatives[AS_TAKEN].study
     print(f"{name}: {len(groups)} full-order runs under {len(alternatives)} alternatives, done", flush=True)
@@ -109,3 +108,8 @@ def study_variants(alternatives: Mapping[str, Alternative], threads: int = 1) ->
     )
     cells = side_by_side(parts)
     return cells.merge(refinement_ratios(cells["mse"], study.experiments_by_level))
+
+
+def _cut(experiment: Experiment) -> Experiment:
+    """Return an experiment whose run lasts at most `CUT_TO` seconds."""
+    return experiment._replace(steps=min(experiment.steps, round(CUT_TO / experiment.h)))

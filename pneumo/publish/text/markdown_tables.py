@@ -106,36 +106,3 @@ def findings_table(findings: Mapping[str, Any], headlines: bool = True) -> str:
     ]
     heads = ["statement of 2006", *STUDY_SAMPLING.values(), "95 % interval", "true?"]
     return f"{markdown_table(heads, rows)}\n\n{findings['note']}\n"
-
-
-def coverage_tables(intervals: pd.DataFrame, full_order: pd.DataFrame) -> str:
-    """Two tables: fraction of intervals of `pneumo fit` that contain the truth, by parameter and by model.
-
-    In the first the records were made by the model that is fitted, in the second by the full order.
-
-    From `intervals_that_hold` and `full_order_truth` of `pneumo.evidence.fit_coverage.interval_coverage`.
-    """
-    names = {"n": "n", "k_0": "k_0", "k_xu": "valve coefficient", "V_d_A": "V_d of A", "V_d_B": "V_d of B"}
-    fitted_rows = [
-        [
-            names[str(name)],
-            f"{row['held']:.0f} of {row['cases']:.0f}",
-            f"{row['low']:.3f} to {row['high']:.3f}",
-            f"{row['closed_held']:.0f} of {row['closed']:.0f}",
-        ]
-        for name, row in intervals.iterrows()
-    ]
-    full_rows: list[list[str]] = []
-    for model, row in full_order.iterrows():
-        k_0 = [
-            f"{row['k_0_median']:.2f} ({row['k_0_10']:.2f} to {row['k_0_90']:.2f})",
-            f"{row['held']:.0f} of {row['cases']:.0f}",
-            f"{row['closed_held']:.0f} of {row['closed']:.0f}",
-        ]
-        k_0 = ["", "", ""] if np.isnan(row["k_0_median"]) else k_0
-        full_rows.append([str(model), *k_0, f"{row['held_out_kPa']:.1f}", f"{row['seconds']:.1f}"])
-    two_ends = "of those with two ends"
-    heads = ["truth: full order", "k_0 over the truth, median (10 to 90 %)", "its intervals that hold it"]
-    heads += [two_ends, "held out, median (kPa)", "time (s)"]
-    fitted_heads = ["truth: the model fitted", "intervals that hold it", "95 % of that fraction", two_ends]
-    return f"{markdown_table(fitted_heads, fitted_rows)}\n\n{markdown_table(heads, full_rows)}\n"

@@ -8,9 +8,9 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY as PAPER
+from synthetic_records import true_and_configured_plants
 from workflow_scripts import script
 
-from pneumo.evidence.fit_coverage.synthetic_records import true_and_configured_plants
 from pneumo.evidence.random_cylinders import cylinder_runs as c
 from pneumo.evidence.random_cylinders import dimensionless_groups as groups
 from pneumo.evidence.random_cylinders import regimes as regime

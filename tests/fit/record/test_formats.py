@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 from scipy.io import savemat
+from synthetic_records import synthetic_record
 
 from pneumo.errors import InputError
-from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit.record import formats as record_formats
 from pneumo.fit.record.columns import Column
 from pneumo.fit.record.measurement import read_measurement

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pint
 import pytest
+from synthetic_records import synthetic_record
 
 from pneumo.errors import InputError
-from pneumo.evidence.fit_coverage.synthetic_records import synthetic_record
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record import text_table
 from pneumo.fit.record.columns import ANR, UNITS, ZERO_CELSIUS, Column, read_mapping

@@ -142,3 +142,9 @@ def reduced_pressures(
     row = lane_array([lane(MODELS[model], n, plant.gas.gamma)])
     with_V_d = plant._replace(cylinder=plant.cylinder._replace(V_d_A=V_d[0], V_d_B=V_d[1]))
     return pressures_on_inputs(inputs, row, with_V_d, TRUTH_STEP, 1)[0]
+
+
+def true_parameters(known: SyntheticRecord) -> dict[str, float]:
+    """True value of each fitted parameter of a record that a reduced model made."""
+    names = ("n", "k_0", "k_xu", "V_d_A", "V_d_B")
+    return dict(zip(names, (known.n, known.truth.k_0, known.truth.valve.k_xu, *known.V_d), strict=True))

@@ -1,1 +1,0 @@
-"""Models used in observers and position controllers."""

@@ -1,1 +1,0 @@
-"""How often the intervals of a fit contain the truth."""

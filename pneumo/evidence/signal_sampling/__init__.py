@@ -1,1 +1,0 @@
-"""Error caused by signal sampling: theory, measurement, error budget."""
