@@ -39,8 +39,7 @@ def small_study(results: Path, override: Path) -> None:
 
     code = "0" * 64
     with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
-        compiling = "pneumo.jobs.kernels.compile_replays"
-        script("settling")(parameters, compiling, each("settling"), results / "settling.nc", code)
+        script("settling")(parameters, each("settling"), results / "settling.nc", code)
         script("datum")(parameters, each("datum"), 1, code)
         replays = [file for sampling in STUDY_SAMPLINGS for file in each(f"{sampling}/replay")]
         script("replay")(parameters, each("datum"), replays, 2, code)

@@ -73,9 +73,7 @@ class Lane(NamedTuple):
     wall_scale: float  #: k_0 of this lane over the plant's; 0 without explicit wall heat
     e_A: float  #: exponent of A_q / A_q0 in the wall law
     e_PT: float  #: exponent of PT / (P_0 T_0) in the wall law
-    full: float = (
-        0.0  #: 1 where the temperature is a state, by eq (5); 0 where it follows by eq (6)
-    )
+    full: float = 0.0  #: 1 where the temperature is a state, by eq (5); 0 where it follows by eq (6)
 
 
 def lane(model: Model, n: float, gamma: float) -> Lane:

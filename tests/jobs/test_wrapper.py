@@ -111,7 +111,6 @@ def test_every_rule_gives_its_script_what_it_takes(monkeypatch, tmp_path):
         assert len(given) == len(set(given)), f"{rule.name}: two values of one name"
         assert set(inspect.signature(script(Path(rule.script).stem)).parameters) <= set(given), rule.name
     assert {Path(rule.script).name for rule in rules} == {file.name for file in SCRIPTS.glob("*.py")}
-    assert set(workflow.globals["READ"]) <= set(workflow.globals["EVIDENCE_CODE"])  # behind the manuscript
     for drawn in workflow.globals["DRAWN"].values():
         assert callable(pkgutil.resolve_name(drawn["draw"]))
 

@@ -8,7 +8,7 @@ from scipy.integrate import RK45
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
 from pneumo.simulation import full_order, reference, signals, vectorised
-from pneumo.simulation.full_order import RAN, failure, record, run
+from pneumo.simulation.full_order import RAN, failure, record, run, stage_signals
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay, replay_by_reference, replay_in_parts
 from pneumo.simulation.runge_kutta import STAGES, C
