@@ -6,7 +6,6 @@ import sys
 
 from snakemake.utils import min_version
 
-from pneumo.hashing import code_hash
 from pneumo.jobs.checked_study import (
     as_written,
     checked_study,

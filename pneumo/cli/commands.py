@@ -18,8 +18,6 @@ from pneumo.cli.paper_commands import (
     ensemble,
     explain,
     figures,
-    identify,
-    setups,
     verdict,
     verify,
 )
@@ -36,7 +34,7 @@ app.add_typer(paper, name="paper")
 
 for command in (init, check, study, show, fit, rig, linearise, export, models):
     app.command()(command)
-for command in (verdict, explain, figures, assumptions, identify, setups, ensemble, verify):
+for command in (verdict, explain, figures, assumptions, ensemble, verify):
     paper.command()(command)
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 from typer import Argument, Option
 
-from pneumo.cli.options import Threads, output_to
+from pneumo.cli.options import output_to
 from pneumo.papers.known_papers import PaperName
 
 RESULTS = Path("results")
@@ -145,58 +145,6 @@ def assumptions(results: Results = RESULTS) -> None:
 
     reproduced = read(_evidence(results, "assumptions.nc", "evidence"), "reproduced")["reproduced"]
     typer.echo(assumptions_table(toggle_effects(reproduced, read_claims(PAPERS / "2006"))), nl=False)
-
-
-def identify(
-    context: typer.Context,
-    files: Annotated[list[Path] | None, Argument(help="configuration [config/paper.yaml]")] = None,
-    cylinder: Annotated[Literal["D", "E", "both"], Option(help="which cylinder")] = "both",
-    seed: Annotated[int, Option(min=0, help="seed of the search")] = 0,
-    threads: Threads = 2,
-    output: Annotated[Path, output_to("NetCDF file to write")] = Path("results/identification.nc"),
-) -> None:
-    """Estimate what the paper does not print from its tables.
-
-    Mass, friction, end stop and the ends of the settling runs, searched within wide bounds.
-    """
-    import time
-
-    from rich.console import Console
-
-    from pneumo.configuration.parameters import load, study
-    from pneumo.evidence.identification.identify import identify as identified
-    from pneumo.evidence.identification.identify import save_identification
-    from pneumo.publish.text.terminal_tables import identification_tables
-    from pneumo.storage.files import output_folder
-
-    context.with_resource(output_folder(output.parent))
-    start = time.perf_counter()
-
-    def progress(text: str) -> None:
-        typer.echo(f"{time.perf_counter() - start:6.0f} s  {text}")
-
-    configured = study(load(*(files or [Path("config/paper.yaml")])))
-    names = ["D", "E"] if cylinder == "both" else [cylinder]
-    identification = identified(configured, names, seed, threads, progress)
-    save_identification(identification, configured, seed, output)
-    for table in identification_tables(identification):
-        Console().print(table)
-    progress(f"written to {output}")
-
-
-def setups(results: Results = RESULTS) -> None:
-    """Print the best setups of the open loops, by likelihood.
-
-    How reversals are recorded, made and tested, how replays read samples, and the amplitude: of 20,736 pairs
-    of setups of cylinders D and E, the best twenty, the best by other criteria, and the study's own.
-    """
-    from rich.console import Console
-
-    from pneumo.publish.text.terminal_tables import open_loop_tables
-    from pneumo.storage.files import read
-
-    for table in open_loop_tables(read(_evidence(results, "open_loop.nc", "results/open_loop.nc"))):
-        Console().print(table)
 
 
 def ensemble(

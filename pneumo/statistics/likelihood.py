@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-NOT_DISTINGUISHED = 2.0  # difference of two chi-squares or scores below which they say nothing
-
 
 class ShrunkCovariance(NamedTuple):
     """Covariance matrix whose correlations were shrunk towards 0, and by how much."""

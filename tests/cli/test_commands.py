@@ -282,7 +282,6 @@ def test_a_full_disk_or_a_pipe_that_nobody_reads_is_one_line(arguments):
     [
         ["study", "cylinder.yaml", "-o", "there/new/folder"],
         ["fit", "absent.csv", "--config", "cylinder.yaml", "-o", "there"],
-        ["paper", "identify", "cylinder.yaml", "-o", "there/new/identification.nc"],
     ],
 )
 def test_a_folder_that_cannot_be_written_is_refused_before_any_work(arguments, inside, tmp_path, monkeypatch):

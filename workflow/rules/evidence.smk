@@ -9,7 +9,6 @@ DRAWN = {
         "code": code_behind("figure.py", f"pneumo.publish.figures.{module}"),
     }
     for figure, results, module, function in [
-        ("identification", "identification", "identification_figure", "identification_figure"),
         ("floor", "floor", "floor_figure", "floor_figure"),
         ("ensemble", "ensemble", "ensemble_figure", "ensemble_figure"),
         ("regimes", "cylinders", "regimes_figure", "regime_map"),
@@ -33,7 +32,6 @@ EVIDENCE_CODE = {
     ]
 } | {
     "findings.json": code_behind("findings.py"),
-    "identification.nc": lambda wildcards: code_hash("pneumo.evidence.identification.identify"),
 }
 
 
@@ -110,58 +108,6 @@ rule power:
         "Power of the verdict: the study under known mistakes"
     script:
         "../scripts/power.py"
-
-
-rule identification:
-    input:
-        parameters=rules.parameters.output[0],
-        published="paper/2006/published/table5.csv",
-    output:
-        estimates="<results>/identification.nc",
-    log:
-        "<results>/logs/identification.log",
-    threads: all_cores
-    params:
-        code=code_behind("identification.py"),
-    message:
-        "Identification of M, k_f, stop and ends of settling runs from Table 5"
-    script:
-        "../scripts/identification.py"
-
-
-rule open_loop_cells:
-    input:
-        parameters=rules.parameters.output[0],
-    output:
-        cells="<results>/open_loop_cells.nc",
-    log:
-        "<results>/logs/open_loop_cells.log",
-    threads: all_cores
-    params:
-        code=code_behind("open_loop_cells.py"),
-    message:
-        "Open loops with each setup of paper/decisions/0062"
-    script:
-        "../scripts/open_loop_cells.py"
-
-
-rule open_loop:
-    input:
-        parameters=rules.parameters.output[0],
-        cells=rules.open_loop_cells.output[0],
-        errors=kept("seed_sets.nc"),
-        published=expand("paper/2006/published/table{number}.csv", number=[5, 7, 8, 9]),
-        figures=expand("paper/2006/published/figure{number}.csv", number=[9, 11]),
-    output:
-        ledger="<results>/open_loop.nc",
-    log:
-        "<results>/logs/open_loop.log",
-    params:
-        code=code_behind("open_loop.py"),
-    message:
-        "Setup of the open loops by likelihood: 20,736 pairs"
-    script:
-        "../scripts/open_loop.py"
 
 
 RECORDS = ["2021-07-26", "2022-01-28", "2022-12-21-vented", "friction"]  # of data/mbari
@@ -254,7 +200,6 @@ rule evidence:
         rules.assumptions_effects.output,
         rules.variants_summary.output,
         kept("power.nc"),
-        kept("open_loop.nc"),
         expand("<results>/figures/{name}.{kind}", name=DRAWN, kind=["svg", "png"]),
         rules.ensemble.input,
         "<results>/paper.pdf",  # of rules/manuscript.smk, which reads the rest

@@ -2,7 +2,7 @@
 
 import itertools
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,12 +15,10 @@ from pneumo.configuration.experiment import Experiment
 from pneumo.evidence.random_cylinders.dimensionless_groups import known_groups
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
 from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
-from pneumo.papers.paper_2006.inferred_cells import inferred_cells, rms_of_inferred
 from pneumo.publish.labels import AVERAGES, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.selection.answer import Answer, Contender
 from pneumo.statistics.intervals import CONFIDENCE, Interval
-from pneumo.statistics.likelihood import NOT_DISTINGUISHED
 from pneumo.statistics.model_pairs import CRITERIA, REFINED_MODELS
 from pneumo.statistics.ranking import RankedModel
 from pneumo.statistics.robust_choice import FULL_ORDER as NO_REDUCED_MODEL
@@ -322,92 +320,6 @@ def rig_tables(result: xr.Dataset) -> list[Table]:
         _table("RMS errors", RIG_ERRORS, errors),
         _table("Estimates", RIG_ESTIMATES, estimates),
     ]
-
-
-# --- pneumo paper identify -------------------------------------------------------------------------
-
-IDENTIFIED_UNIT = {"M": "kg", "k_f": "N s/m", "stop": ""}
-
-
-def identification_tables(identified: xr.Dataset) -> Iterator[Table]:
-    """Parameters of ``results/identification.nc`` by cylinder, and the ends of the settling runs."""
-    cylinders = [(name, identified.sel(cylinder=name)) for name in identified["cylinder"].values]
-
-    rows: list[Sequence[str]] = []
-    for (cylinder, of_cylinder), parameter in itertools.product(cylinders, identified["parameter"].values):
-        part = of_cylinder.sel(parameter=parameter)
-        names = ("estimate", "low", "high", "bound_low", "bound_high")
-        estimate, low, high, least, most = (part[name].item() for name in names)
-        heading = f"{parameter} ({IDENTIFIED_UNIT[parameter] or 'of the half-stroke'})"
-        rows.append(
-            [cylinder, heading, significant(estimate), ends_text(low, high), f"{least:g} to {most:g}"]
-        )
-    yield _table("Table 5", ("cylinder", "parameter", "estimate", "95 % interval", "searched"), rows)
-
-    rows = []
-    for cylinder, part in cylinders:
-        rms = (f"{part[key].item():.2%}" for key in ("fitted_rms", "scored_rms"))
-        others = (f"{part[key].item():.2f}" for key in ("correlation", "widening"))
-        rows.append([cylinder, *rms, *others, str(part["evaluations"].item())])
-    yield _table("", ("cylinder", "rms fitted", "rms scored", "r(M, k_f)", "widening", "evaluations"), rows)
-
-    rows = []
-    for name in identified["stopped"].values:
-        ends = ("", "_low", "_high", "_misfit")
-        stop, low, high, misfit = (identified[f"settling_stop{end}"].sel(stopped=name).item() for end in ends)
-        rows.append([name, significant(stop), ends_text(low, high), f"{misfit:.2%}"])
-    yield _table(
-        "Table 5, closed loop", ("experiment", "settling run ends (s)", "about as well", "rms"), rows
-    )
-
-
-# --- pneumo paper setups ---------------------------------------------------------------------------
-
-
-def _setup_text(ledger: xr.Dataset, number: int) -> str:
-    """Write a setup of one cylinder's open loops in words."""
-    keys = ("late", "reversal", "reversal_tested", "replays_read", "amplitude")
-    late, reversal, tested, read, amplitude = (ledger[key].values[number] for key in keys)
-    return f"{late:g} late, {reversal}, {tested}, {read}, {amplitude:.3g} V"
-
-
-def open_loop_tables(ledger: xr.Dataset) -> Iterator[Table]:
-    """Pairs of setups of ``open_loop.nc`` with their scores; chi-square and misfit of each table."""
-    score = ledger["score"]
-    near = int((score <= score.min() + NOT_DISTINGUISHED).sum())
-    caption = f"{score.size} pairs tried; {near} within {NOT_DISTINGUISHED:g} of the lowest score"
-    table = Table("pair", "score", "D", "E", title="Setups of the open loops", caption=caption)
-    for pair in ledger["pair"].values:
-        part = ledger.sel(pair=pair)
-        setups = (_setup_text(ledger, int(number)) for number in part["setup_number"].values)
-        table.add_row(pair, f"{part['scores'].values[0]:.2f}", *setups)
-    yield table
-    heads = ("pair", "place", "penalty", *ledger["criterion"].values, *ledger["table"].values)
-    table = Table(*heads, title="Chi-square with penalty by criterion, without by table")
-    for pair in ledger["pair"].values:
-        part = ledger.sel(pair=pair)
-        numbers = (part["penalty"].item(), *part["scores"].values, *part["chi_square"].values)
-        table.add_row(pair, str(part["place"].item()), *(f"{value:.1f}" for value in numbers))
-    yield table
-    title = "rms of ln(MSE) of Tables 7 and 9, cells of Table 8 as printed, rms of log10 of the percentiles"
-    table = Table("pair", *ledger["table"].values, title=title)
-    for pair in ledger["pair"].values:
-        table.add_row(pair, *(f"{value:.4g}" for value in ledger["misfit"].sel(pair=pair).values))
-    yield table
-    table = Table("reversals in a run", "best pair", "today")
-    best, today = (ledger["setup_number"].sel(pair=pair) for pair in ("1", "today"))
-    for name in ledger["open_loop"].values:
-        row = ledger["reversals"].sel(open_loop=name)
-        cylinder = int(ledger["cylinder_of"].sel(open_loop=name))
-        table.add_row(name, *(str(row.values[numbers.values[cylinder]]) for numbers in (best, today)))
-    yield table
-    cells = inferred_cells(ledger["mse"])
-    caption = f"rms of log10(best pair / implied) {rms_of_inferred(cells):.3f}"
-    heads = ("level", "model", "n", "experiment", "implied (Pa2)", "best pair (Pa2)")
-    table = Table(*heads, title="Mean square errors that Fig. 11's 10 % percentiles imply", caption=caption)
-    for level, model, n, experiment, *errors in cells.itertuples(index=False, name=None):
-        table.add_row(level, model, f"{n:.2f}", experiment, *(f"{error:.3g}" for error in errors))
-    yield table
 
 
 # --- pneumo paper ensemble -------------------------------------------------------------------------

@@ -1,1 +1,0 @@
-"""Constants that the paper does not print, identified from its tables."""
