@@ -81,7 +81,7 @@ def replay_in_parts(
         failure_step=np.full(shape, -1),
         pressure=np.empty((*shape, 0)),
     )
-    able = followed(lanes, recording.plant) & (Lane(*lanes.T).full == 0)
+    able = followed(lanes, recording.plant) & (lanes[:, Lane._fields.index("full")] == 0)
     fast = np.flatnonzero(able)[np.argsort(needs(lanes[able]), kind="stable")]
     for first in range(0, len(fast), ROW):
         block = fast[first : first + ROW]
@@ -107,7 +107,7 @@ def first_states(recording: Recording, lanes: np.ndarray) -> np.ndarray:
     """First pressure and temperature of every lane: P_0 and T_0, or those of the run: (lane, chamber, 2)."""
     c = recording.plant.conditions
     own = np.broadcast_to(recording.states[0, 2:].reshape(2, 2), (len(lanes), 2, 2))
-    full = Lane(*np.asarray(lanes, dtype=float).T).full != 0
+    full = np.asarray(lanes)[:, Lane._fields.index("full")] != 0
     return np.where(full[:, np.newaxis, np.newaxis], own, np.array([c.P_0, c.T_0]))
 
 

@@ -248,8 +248,8 @@ def test_the_recorded_baseline_is_the_study(evidence_file, results):
     toggled = read(evidence_file("assumptions.nc"))["reproduced"].sel(alternative=AS_TAKEN)
     judge = Judge(results, PAPER_2006)
     judged = [judge.finding(judge.claims.items[name], "published").value for name in toggled["item"].values]
-    # E03 is chaotic: its toggled reversals amplify a rounding error until a reversal falls one step later. That
-    # moves its mean square errors by 2e-4 and differences of means by 1.2e-3; the file is by earlier code.
+    # E03 is chaotic: its toggled reversals amplify a rounding error until one falls a step later.
+    # That moves its mean square errors by 2e-4, means by 1.2e-3; the file is by earlier code.
     np.testing.assert_allclose(toggled, judged, rtol=2e-3)
 
 
