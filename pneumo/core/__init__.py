@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from pneumo.core import _core
+from pneumo.core import _core  # pyright: ignore[reportAttributeAccessIssue]
 
 __all__ = ["array", "ffi", "keep", "lib", "out", "rows", "struct", "whole", "zeroed"]
 
