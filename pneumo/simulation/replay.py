@@ -115,11 +115,11 @@ def replay_one_by_one(
     recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1
 ) -> Replayed:
     """Replay lanes one after another, by the equations themselves; parameters are those of `replay`."""
+    run, rule, rows = core_recording(recording), core_sampling(sampling), _lane_rows(lanes)
     count, samples = len(lanes), len(recording.states)
     moments, failed_at = np.empty((count, 2, 2)), np.empty((count, 2), np.int64)
     pressure = np.empty((count, 2, (samples - 1) // core.whole("stride", stride, 1) + 1))
-    y, rows = first_states(recording, lanes).copy(), _lane_rows(lanes)
-    run, rule = core_recording(recording), core_sampling(sampling)
+    y = first_states(recording, lanes).copy()
     core.lib.replay_scalar(
         run, rule, rows, count, stride, *(core.out(a) for a in (y, moments, failed_at, pressure))
     )

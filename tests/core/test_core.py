@@ -1,0 +1,172 @@
+"""The compiled core: its types, its elementary functions, its equations, and what its boundary refuses."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from paper_study import STUDY, lasting
+
+import pneumo.core as core
+from pneumo.configuration.experiment import Drive, Plant
+from pneumo.configuration.sampling import INTERPOLATED, Sampling
+from pneumo.physics.cylinder import Cylinder, chamber_of, sign_of
+from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_array
+from pneumo.physics.valve import Conditions, Gas, Valve
+from pneumo.simulation import polynomials
+from pneumo.simulation.fitted_pressures import pressures_of_sets
+from pneumo.simulation.full_order import chamber_rates, equilibrium, record, run, stage_signals
+from pneumo.simulation.kalman_filter import Noise
+from pneumo.simulation.reference import lane_rate
+from pneumo.simulation.replay import replay_one_by_one
+from pneumo.testing import plants
+
+EPS = np.finfo(float).eps
+TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Sampling, Lane, Noise)
+HEADER = Path(core.__file__).with_name("maths.h").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("kind", TYPES, ids=lambda kind: kind.__name__)
+def test_structs_have_the_fields_of_the_named_tuples_in_their_order(kind):
+    assert [name for name, _ in core.ffi.typeof(kind.__name__).fields] == list(kind._fields)
+
+
+def test_a_struct_holds_what_the_named_tuple_held():
+    plant = STUDY.experiments["E14"].plant
+    held = core.struct("Plant", plant)
+    for part in ("gas", "valve", "conditions", "cylinder"):
+        values = getattr(plant, part)
+        assert [getattr(getattr(held, part), name) for name in values._fields] == list(values)
+    assert held.k_0 == plant.k_0
+
+
+@pytest.mark.parametrize("name, values", [("EXP", polynomials.EXP), ("LOG", polynomials.LOG)])
+def test_coefficients_in_the_header_are_those_that_python_finds(name, values):
+    (listed,) = re.findall(rf"{name}\[\d+\] = \{{(.*?)\}}", HEADER, re.DOTALL)
+    np.testing.assert_allclose([float.fromhex(text) for text in listed.split(",")], values, rtol=1e-9)
+
+
+@given(st.floats(min_value=5e-324, allow_infinity=False))
+def test_logarithm_of_any_positive_number(x):
+    assert core.lib.core_log(x) == pytest.approx(math.log(x), rel=2 * EPS, abs=0)
+
+
+@given(st.floats(-745.0, 709.7))
+def test_exponential_of_any_number(t):
+    assert core.lib.core_exp(t) == pytest.approx(math.exp(t), rel=4 * EPS, abs=5e-324)
+
+
+def test_elementary_functions_beyond_the_numbers():
+    log, exp, power = core.lib.core_log, core.lib.core_exp, core.lib.core_pow
+    assert (log(0.0), log(math.inf), exp(-800.0), exp(800.0)) == (-math.inf, math.inf, 0.0, math.inf)
+    assert all(math.isnan(value) for value in (log(-1.0), log(math.nan), exp(math.nan), power(-1.0, 0.3)))
+    assert (power(0.7, 0.0), power(0.7, 1.0), power(0.49, 0.5)) == (1.0, 0.7, 0.7)
+
+
+@given(st.floats(1e-3, 1e3), st.floats(-3.0, 3.0))
+def test_power(x, y):
+    # The error of the logarithm is multiplied by y ln x, at most 21.
+    assert core.lib.core_pow(x, y) == pytest.approx(x**y, rel=40 * EPS, abs=0)
+
+
+@given(
+    plants(),
+    st.sampled_from([None, *MODELS.values()]),
+    st.floats(-10.0, 10.0),
+    st.floats(-0.9, 0.9),
+    st.floats(-2.0, 2.0),
+    st.floats(0.9e5, 12e5),
+    st.floats(250.0, 350.0),
+    st.sampled_from([0, 1]),
+)
+def test_rates_are_those_of_the_readable_equations(plant, model, u, at, v, P, T, side):
+    c = plant.conditions
+    x, sign, chamber = at * plant.cylinder.stroke / 2, sign_of(side), chamber_of(plant.cylinder, side)
+    row = full_order_lane(plant.gas.gamma) if model is None else lane(model, 1.2, plant.gas.gamma)
+    arguments = sign * u, sign * x, sign * v, P
+    if model is None:
+        wanted = chamber_rates(*arguments, T, chamber, plant)
+    else:
+        wanted = lane_rate(*arguments, chamber, plant, row), 0.0
+    rates = np.empty(2)
+    structs = core.struct("Plant", plant), core.struct("Lane", row)
+    core.lib.chamber_rate(u, x, v, P, T, side, *structs, core.out(rates))
+    # Where pressures are nearly equal, eq (1) loses digits: a rounding of 1e-16 of P moves the flow by 1e-8.
+    near = min(abs(P / c.P_s - 1), abs(P / c.P_atm - 1))
+    sizes = P, T
+    for ours, theirs, size in zip(rates, wanted, sizes, strict=True):
+        scale = abs(theirs) + size * (abs(v) / plant.cylinder.stroke + 100.0)
+        assert abs(ours - theirs) <= scale * (1e-12 + 1e-15 / max(near, 1e-15) ** 0.5)
+
+
+SHORT = record(lasting("E06", 0.02))
+LANES = lane_array([lane(MODELS["M8"], 1.2, 1.4), full_order_lane(1.4)])
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"states": SHORT.states[:, :5]},
+        {"states": SHORT.states[:0]},
+        {"u": SHORT.u[:-1]},
+        {"reference": np.append(SHORT.reference, 0.0)},
+        {"halvings": SHORT.halvings[:-1]},
+        {"halvings": np.full_like(SHORT.halvings, 31)},
+        {"halvings": np.full_like(SHORT.halvings, -1)},
+        {"most_halvings": 64},
+        {"most_halvings": -1},
+    ],
+)
+def test_recordings_that_the_core_could_not_read_are_refused(change):
+    with pytest.raises(ValueError, match=r"needed is|must be"):
+        replay_one_by_one(SHORT._replace(**change), LANES, INTERPOLATED)
+
+
+@pytest.mark.parametrize(
+    "sampling", [Sampling(every=0), Sampling(every=-3), Sampling(delay=(np.nan, 0.0, 0.0))]
+)
+def test_samplings_that_read_no_sample_are_refused(sampling):
+    with pytest.raises(ValueError, match="must be"):
+        stage_signals(SHORT, sampling, 0)
+
+
+@pytest.mark.parametrize("lanes", [LANES[:, :9], LANES[0], LANES.T])
+def test_lanes_of_another_shape_are_refused(lanes):
+    with pytest.raises((ValueError, TypeError)):
+        replay_one_by_one(SHORT, lanes, INTERPOLATED)
+
+
+@given(st.sampled_from([np.float32, np.int64, np.float64]), st.booleans(), st.booleans())
+def test_arrays_of_another_type_or_layout_give_the_same(dtype, transposed, strided):
+    e = STUDY.experiments["E14"]
+    reference = np.array([0.0, 1.0, -1.0, 0.0], dtype)
+    given_one = np.repeat(reference, 2)[::2] if strided else reference
+    start = np.asfortranarray(equilibrium(e.plant)) if transposed else equilibrium(e.plant)
+    plain = run(equilibrium(e.plant), reference.astype(float), 0.0, e.drive, e.plant, e.h).states
+    assert run(start, given_one, 0.0, e.drive, e.plant, e.h).states.tobytes() == plain.tobytes()
+
+
+@given(st.lists(st.floats(), min_size=1, max_size=20), st.floats(), st.integers(0, 3))
+def test_a_run_on_any_numbers_ends(reference, force, most):
+    e = STUDY.experiments["E01"]
+    done = run(equilibrium(e.plant), np.array(reference), force, e.drive, e.plant, e.h, most)
+    assert done.states.shape == (len(reference), 6)
+
+
+@given(st.floats(), st.floats(), st.floats())
+def test_a_replay_of_any_signals_ends(u, x, v):
+    signals = SHORT.states.copy()
+    signals[5:, 0], signals[5:, 1] = x, v
+    made = replay_one_by_one(SHORT._replace(u=np.full_like(SHORT.u, u), states=signals), LANES, INTERPOLATED)
+    assert made.mse.shape == (2, 2)
+
+
+def test_more_sets_than_the_core_holds_are_refused():
+    plant, many = STUDY.experiments["E14"].plant, core.lib.ROW + 1
+    u, motions = np.zeros((2, 3)), np.zeros((1, 2, 3, 2))
+    of_each = np.full((many, 2), 1e-5), plant, 1e-3, 1, np.full((many, 2), 5e5)
+    with pytest.raises(ValueError, match="sets"):
+        pressures_of_sets(u, motions, np.tile(LANES[0], (many, 1)), *of_each)
