@@ -19,4 +19,8 @@ class BuildCore(build_ext):
             ) from None
 
 
-setup(cffi_modules=["pneumo/core/build.py:ffi"], cmdclass={"build_ext": BuildCore})
+setup(
+    cffi_modules=["pneumo/core/build.py:ffi"],
+    cmdclass={"build_ext": BuildCore},
+    options={"bdist_wheel": {"py_limited_api": "cp311"}},  # one wheel for all versions from 3.11 on
+)

@@ -8,7 +8,7 @@ FOLDER = Path(__file__).parent
 SOURCES = ("full_order", "replay", "fitted", "network", "kalman")
 # No contraction of a * b + c, so that all processors compute the same bits; the other flags change no result:
 # they let square roots and selections become vector instructions.
-FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
+FLAGS = ["-std=c99", "-O3", "-g0", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
 
 ffi = FFI()
 ffi.cdef(FOLDER.joinpath("core.h").read_text(encoding="utf-8"))
