@@ -22,9 +22,9 @@ from pneumo.physics.cylinder import (
     volume,
 )
 from pneumo.physics.valve import chamber_flows, limited
-from pneumo.simulation.compiled import inlined, kernel
-from pneumo.simulation.excitation import command, reference_series, reversed_at, reversed_late
-from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, dormand_prince, embedded_error
+from pneumo.simulation.compiled import inlined
+from pneumo.simulation.excitation import command, reference_series, reversed_late
+from pneumo.simulation.runge_kutta import STAGES, dormand_prince
 
 MOST_HALVINGS = 20  # that the core accepts for a step
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
@@ -72,7 +72,7 @@ def full_order_rates(y: np.ndarray, _i: int, context: Any, dy: np.ndarray) -> No
     dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, Side.B), plant)
 
 
-_step, _estimate = dormand_prince(full_order_rates), embedded_error(full_order_rates)
+_step = dormand_prince(full_order_rates)
 
 
 @inlined
@@ -94,63 +94,12 @@ def full_order_step(y: np.ndarray, context: Any, h: float, Y: np.ndarray, K: np.
     y[0], y[1] = stopped(y[0], y[1], v, context[3].cylinder)
 
 
-@inlined
-def _relative_error(context: Any, h: float, Y: np.ndarray, K: np.ndarray, error: np.ndarray) -> float:
-    """Largest estimated error of the last step, relative to stroke, P_0 or T_0; infinite where it failed."""
-    plant = context[3]
-    _estimate(Y[STAGES], context, h, K, error)
-    largest = abs(error[0]) / plant.cylinder.stroke
-    for s in range(2, 6):
-        scale = plant.conditions.P_0 if s % 2 == 0 else plant.conditions.T_0
-        if not (Y[STAGES, s] > 0 and abs(error[s]) < np.inf):
-            return np.inf
-        largest = max(largest, abs(error[s]) / scale)
-    return largest
-
-
 class Run(NamedTuple):
     """A run of the full-order system."""
 
     states: np.ndarray  # (x, v, P_A, T_A, P_B, T_B) by step, shape (steps + 1, 6)
     reference: np.ndarray  # with the signs that the open loop reversed, shape (steps + 1,)
     halvings: np.ndarray  # how often each step was halved, shape (steps,)
-
-
-@kernel
-def compiled_run(
-    y_0: np.ndarray,
-    reference: np.ndarray,
-    force: float,
-    drive: Drive,
-    plant: Plant,
-    h: float,
-    most_halvings: int = 0,
-) -> Run:
-    """Integrate the full-order system by steps of h s.
-
-    It starts from the state y_0 and follows the reference of every step, shape (steps + 1,), m in closed loop
-    or V in open loop, under an external force on the piston, N. A step that fails or whose error estimate
-    exceeds `STEP_TOLERANCE` is repeated in two parts, then in four, up to 2**most_halvings parts.
-    """
-    steps, reference, sign = len(reference) - 1, reference.copy(), 1.0
-    states, halvings = np.empty((steps + 1, 6)), np.zeros(steps, np.int8)
-    copy_state(y_0, states[0])
-    Y, K, error = np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6)), np.empty(6)
-    for k in range(steps):
-        reference[k], sign = reversed_at(states[k, 0], reference[k], sign, drive)
-        context = (reference[k], force, drive, plant)
-        while True:
-            copy_state(states[k], states[k + 1])
-            parts, largest = 1 << halvings[k], 0.0
-            for _ in range(parts):
-                full_order_step(states[k + 1], context, h / parts, Y, K)
-                if most_halvings > 0:
-                    largest = max(largest, _relative_error(context, h / parts, Y, K, error))
-            if largest <= STEP_TOLERANCE or halvings[k] >= most_halvings:
-                break
-            halvings[k] += 1
-    reference[steps], sign = reversed_at(states[steps, 0], reference[steps], sign, drive)
-    return Run(states, reference, halvings)
 
 
 def run(

@@ -1,20 +1,17 @@
 # pyright: basic
 """How recorded signals reach a replay: what each Runge-Kutta stage reads of u, x and v."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.sampling import EXACT_SAMPLING, Sampling
 from pneumo.physics.valve import limited
-from pneumo.simulation.compiled import inlined, inlined_first, kernel
+from pneumo.simulation.compiled import inlined, inlined_first
 from pneumo.simulation.excitation import command
 from pneumo.simulation.full_order import Recording, copy_state, full_order_step
 from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE, C
 
 LARGEST_FLOAT = np.finfo(np.float64).max
-BLOCK = 4096  # steps whose stage inputs are computed at once: 690 kB
 STUDY_SAMPLINGS = PUBLISHED, EXACT = "published", "exact"  # names of folders of results
 
 
@@ -95,54 +92,3 @@ def stage_inputs(
                 inputs[i, 1] = line_between(x, position - delay[1], every, last)
                 inputs[i, 2] = line_between(v, position - delay[2], every, last)
             inputs[i, 0] = limited(u_i, u_max)
-
-
-@kernel
-def _block_inputs(
-    recording: Recording, sampling: Sampling, first: int, halvings: np.ndarray, inputs: np.ndarray
-) -> None:
-    """Write the `stage_inputs` of all parts of consecutive steps, from `first` on, into `inputs`."""
-    y, Y, K = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
-    place = 0
-    for j in range(len(halvings)):
-        parts = 1 << halvings[j]
-        for part in range(parts):
-            stage_inputs(recording, sampling, first + j, part, parts, y, Y, K, inputs[place])
-            place += 1
-
-
-def _inputs_of(recording: Recording, sampling: Sampling, first: int, halvings: np.ndarray) -> np.ndarray:
-    """`stage_inputs` of the steps from `first` on, each halved as often as `halvings` says: (part, 7, 3)."""
-    inputs = np.empty((int((1 << halvings).sum()), STAGES + 1, 3))
-    _block_inputs(recording, sampling, first, halvings, inputs)
-    return inputs
-
-
-def replay_in_blocks(
-    recording: Recording,
-    sampling: Sampling,
-    advance: Callable[[int, np.ndarray, np.ndarray, bool], int],
-) -> None:
-    """Replay a recording in blocks of steps; one kernel, shared by all replays, computes the stage inputs.
-
-    ``advance(first, inputs, halvings, again)`` replays consecutive steps from step `first` on. Each is halved
-    as often as `halvings` says; `inputs`, shape (part, 7, 3), holds the `stage_inputs` of their parts. It
-    returns how many steps it has done: fewer than all if the next one has to be halved once more. That step
-    alone is then passed with one more halving and `again` true.
-    """
-    steps = len(recording.states) - 1
-    given = recording.halvings if sampling.exact else np.zeros(steps)
-    for first in range(0, steps, BLOCK):
-        halvings = given[first : first + BLOCK].astype(np.int64)
-        inputs = _inputs_of(recording, sampling, first, halvings)
-        place, done = np.concatenate([[0], np.cumsum(1 << halvings)]), 0
-        while True:
-            done += advance(first + done, inputs[place[done] :], halvings[done:], False)
-            if done == len(halvings):
-                break
-            finer = halvings[done : done + 1] + 1
-            while not advance(
-                first + done, _inputs_of(recording, sampling, first + done, finer), finer, True
-            ):
-                finer = finer + 1
-            done += 1

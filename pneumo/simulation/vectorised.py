@@ -10,18 +10,15 @@ are in units of P_0.
 A lane outside the range of the polynomials becomes NaN, and the reference replays it again.
 """
 
-from collections.abc import Callable
 from math import log, sqrt
 
 import numpy as np
 from numba.extending import register_jitable
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Chamber, chamber_of, heat_area, sign_of, volume
 from pneumo.physics.models import Lane
-from pneumo.simulation.compiled import inlined, inlined_first, kernel
-from pneumo.simulation.full_order import Recording
+from pneumo.simulation.compiled import inlined, inlined_first
 from pneumo.simulation.polynomials import (
     EXP_REACH,
     FLOW_TOLERANCE,
@@ -30,8 +27,7 @@ from pneumo.simulation.polynomials import (
     logarithm,
     polynomial,
 )
-from pneumo.simulation.runge_kutta import STAGES, A, B, E
-from pneumo.simulation.signals import BLOCK, replay_in_blocks, replay_tolerance
+from pneumo.simulation.runge_kutta import STAGES, A, B
 
 WIDTH = 8  # lanes are padded to a multiple of this; a vector register holds 2, 4 or 8
 ROW = 136  # lanes at once; 17 cache lines, an odd number, so that rows do not compete for places in the cache
@@ -128,15 +124,6 @@ def write_rates(
         W[rate + i] = (compression * p) * W[N_V + i] + (flow * energy + W[HEAT + i])
 
 
-@inlined
-def add(W: np.ndarray, sums: np.uint64, i: int, term: float) -> None:
-    """Add a term to the sum of lane i in the row `sums`, with Kahan's compensation of rounding errors."""
-    term -= W[sums + CARRY + i]
-    total = W[sums + i] + term
-    W[sums + CARRY + i] = (total - W[sums + i]) - term
-    W[sums + i] = total
-
-
 @inlined_first  # not by LLVM as `inlined`: a tenth faster with AVX2
 def advance(
     W: np.ndarray,
@@ -176,118 +163,6 @@ def advance(
             late = B[3] * W[K_3 + r + i] + B[4] * W[K_4 + r + i] + B[5] * W[K_5 + r + i]
             p = W[now + i] + h * (early + late)
             W[now + i] = p if p > 0 else np.nan
-
-
-@inlined_first
-def estimate_errors(
-    W: np.ndarray,
-    inputs: np.ndarray,
-    starts: tuple[np.uint64, ...],
-    plant: Plant,
-    h: float,
-    psi: tuple[float, ...],
-    s_sonic: float,
-) -> None:
-    """Raise the rows `LARGEST` of W to the estimated error of the last step over P_0, where that is larger.
-
-    It is infinite where the step failed.
-    """
-    count = GROUP * starts[3]
-    for side in range(2):
-        sign = sign_of(side)
-        now, r = (P_A, np.uint64(0)) if side == 0 else (P_B, RATES_B)
-        largest = LARGEST + np.uint64(side) * SIDE_B
-        for i in range(count):
-            W[P + i] = W[now + i]
-        u, x, v = sign * inputs[STAGES, 0], sign * inputs[STAGES, 1], sign * inputs[STAGES, 2]
-        shared = shared_terms(u, x, v, chamber_of(plant.cylinder, side), plant)
-        write_rates(W, K_6 + r, starts, shared, plant, psi, s_sonic)
-        for i in range(count):
-            early = E[0] * W[K_0 + r + i] + E[2] * W[K_2 + r + i] + E[3] * W[K_3 + r + i]
-            late = E[4] * W[K_4 + r + i] + E[5] * W[K_5 + r + i] + E[6] * W[K_6 + r + i]
-            error = abs(h * (early + late))
-            W[largest + i] = max(W[largest + i], error) if error < np.inf else np.inf
-
-
-@register_jitable
-def store_accurate(W: np.ndarray, starts: tuple[np.uint64, ...], tolerance: float) -> bool:
-    """Store the pressures of all lanes that are not yet accurate; return whether some must be halved again.
-
-    A lane is accurate, and not stored again, once its estimated error is at most `tolerance`.
-    """
-    coarse, count = False, GROUP * starts[3]
-    for side in range(2):
-        now = P_A if side == 0 else P_B
-        b = np.uint64(side) * SIDE_B
-        for i in range(count):
-            if W[COARSE + b + i] > 0:
-                W[AFTER + b + i] = W[now + i]
-                if W[LARGEST + b + i] <= tolerance:
-                    W[COARSE + b + i] = 0.0
-                else:
-                    coarse = True
-    return coarse
-
-
-# Contracting a * b + c is the one liberty: a sum in another order would lose the compensation of `add`, and
-# without NaN a lane could not say that it left the range.
-@kernel(fastmath={"contract"})
-def _replay(
-    first: int,
-    inputs: np.ndarray,
-    halvings: np.ndarray,
-    again: bool,
-    states: np.ndarray,
-    plant: Plant,
-    h: float,
-    most: int,
-    tolerance: float,
-    W: np.ndarray,
-    starts: tuple[np.uint64, ...],
-    psi: tuple[float, ...],
-    pressure: np.ndarray,
-) -> int:
-    """Replay consecutive steps of all lanes: write pressures, Pa, and add errors and squares to sums in W.
-
-    This is `advance` of `pneumo.simulation.signals.replay_in_blocks`, and returns the number of steps done.
-    Step k leads from ``states[k]`` to ``states[k + 1]``; its pressures go into ``pressure[k]``, shape
-    (chamber, lane).
-    """
-    P_0, s_sonic, count = plant.conditions.P_0, -log(plant.gas.critical_ratio), GROUP * starts[3]
-    place = 0
-    for j in range(len(halvings)):
-        k, parts = first + j, 1 << halvings[j]
-        if most > 0 and not again:
-            for b in (np.uint64(0), SIDE_B):
-                for i in range(count):
-                    W[BEFORE + b + i] = W[P_A + b + i]
-                    W[COARSE + b + i] = 1.0 if W[P_A + b + i] > 0 else 0.0
-        if most > 0:
-            for b in (np.uint64(0), SIDE_B):
-                for i in range(count):
-                    W[P_A + b + i] = W[BEFORE + b + i]
-                    W[LARGEST + b + i] = 0.0
-        for part in range(place, place + parts):
-            advance(W, inputs[part], starts, plant, h / parts, psi, s_sonic)
-            if most > 0:
-                estimate_errors(W, inputs[part], starts, plant, h / parts, psi, s_sonic)
-        place += parts
-        if most > 0:
-            if store_accurate(W, starts, tolerance) and halvings[j] < most:
-                return j
-            for b in (np.uint64(0), SIDE_B):
-                for i in range(count):
-                    W[P_A + b + i] = W[AFTER + b + i]
-        for side in range(2):
-            now, errors, squares = (P_A, SUM_A, SQUARES_A) if side == 0 else (P_B, SUM_B, SQUARES_B)
-            P_full = states[k + 1, 2 + 2 * side]
-            for i in range(count):
-                error = P_full - P_0 * W[now + i]
-                add(W, errors, i, error)
-                add(W, squares, i, error * error)
-            for i in range(count):
-                pressure[k, side, i] = P_0 * W[now + i]
-    return len(halvings)
 
 
 def needs(lanes: np.ndarray) -> np.ndarray:
@@ -348,42 +223,3 @@ def work_array(lanes: np.ndarray, plant: Plant) -> tuple[np.ndarray, tuple[np.ui
         W[int(start) : int(start) + count] = values
     starts = [int(np.searchsorted(needs(lanes), need)) // WIDTH for need in (1, 2, 3)]
     return W, tuple(np.uint64(start) for start in (*starts, count // WIDTH))
-
-
-def replay_block(
-    recording: Recording, lanes: np.ndarray, sampling: Sampling, take: Callable[[int, np.ndarray], None]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Replay up to `ROW` lanes, sorted by `needs`, in both chambers on the signals of one run.
-
-    Parameters
-    ----------
-    take
-        ``take(step, pressure)`` is handed the pressures, Pa, shape (step, chamber, lane), of consecutive
-        samples, from sample `step` on; the first call begins with sample 1. They are valid until it returns.
-
-    Returns
-    -------
-    mean_error, mse : numpy.ndarray
-        Mean, Pa, and mean square, Pa^2, of the full-order minus the reduced pressure, shape (lane, chamber);
-        NaN where a pressure left the range of the kernel's polynomials.
-    """
-    samples, count = len(recording.states), len(lanes)
-    psi, _ = flow_polynomial(recording.plant.gas)
-    W, starts = work_array(lanes, recording.plant)
-    pressure = np.empty((min(BLOCK, samples - 1), 2, WIDTH * int(starts[3])))
-    plant, h, most = recording.plant, recording.h, recording.most_halvings
-    common = plant, h, most, replay_tolerance(sampling), W, starts, psi, pressure
-
-    def advance_block(first: int, inputs: np.ndarray, halvings: np.ndarray, again: bool) -> int:
-        begun = first - first % BLOCK
-        done = _replay(first - begun, inputs, halvings, again, recording.states[begun:], *common)
-        end = min(begun + BLOCK, samples - 1)
-        if done and first + done == end:
-            take(begun + 1, pressure[: end - begun, :, :count])
-        return done
-
-    replay_in_blocks(recording, sampling, advance_block)
-    rows = W.reshape(-1, ROW)[:, :count]
-    mean_error = rows[[int(SUM_A) // ROW, int(SUM_B) // ROW]].T / samples
-    mse = rows[[int(SQUARES_A) // ROW, int(SQUARES_B) // ROW]].T / samples
-    return mean_error, mse

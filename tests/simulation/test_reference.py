@@ -276,7 +276,7 @@ def test_a_failed_run_has_no_replay_and_a_measured_one_may_lack_signals():
     states[20:] = np.nan
     failed = replay(recording._replace(states=states), LANES, EXACT_SAMPLING)
     assert (failed.status == NO_RUN).all() and (failed.failure_step == 20).all()
-    assert np.isnan(failed.mse).all()
+    assert np.isnan(failed.mse).all() and np.isnan(failed.pressure).all()
     measured = recording.states.copy()
     measured[:, 2:] = np.nan  # neither pressures nor temperatures
     cells = replay(recording._replace(states=measured), LANES, INTERPOLATED)

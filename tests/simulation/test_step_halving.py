@@ -7,7 +7,8 @@ from scipy.integrate import RK45
 
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
-from pneumo.simulation import full_order, reference, signals, vectorised
+from pneumo.simulation import reference
+from pneumo.simulation import replay as replay_module
 from pneumo.simulation.full_order import RAN, failure, record, run, stage_signals
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay, replay_by_reference, replay_in_parts
@@ -138,37 +139,7 @@ def test_halvings_are_stored():
     assert {e.most_halvings for e in STUDY.with_halvings().experiments.values()} == {MOST_HALVINGS}
 
 
-@pytest.mark.parametrize("state", [2, 3, 4, 5])
-def test_each_error_is_judged_on_its_own_scale(state, monkeypatch):
-    e = STUDY.experiments["E14"]
-    error = np.zeros(6)
-    error[state] = -7.0
-    monkeypatch.setattr(
-        full_order, "_estimate", lambda _y, _context, _h, _K, into: into.__setitem__(slice(None), error)
-    )
-    Y = np.ones((STAGES + 1, 6))
-    conditions = e.plant.conditions
-    scale = {2: conditions.P_0, 3: conditions.T_0, 4: conditions.P_0, 5: conditions.T_0}[state]
-    context = (0.0, 0.0, e.drive, e.plant)
-    assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 7.0 / scale
-    error[0] = 1.0  # m, over the stroke
-    assert full_order._relative_error(context, e.h, Y, Y, np.empty(6)) == 1.0 / e.plant.cylinder.stroke
-
-
 FAILED = [(0.0, 0.0), (-0.5, 0.0), (np.nan, 0.0), (1.0, np.nan), (1.0, np.inf), (1.0, -np.inf)]
-
-
-@pytest.mark.parametrize(("value", "error"), FAILED)
-@pytest.mark.parametrize("state", [2, 3, 4, 5])
-def test_a_failed_step_of_a_run_has_an_infinite_error(state, value, error, monkeypatch):
-    def estimated(_y, _context, _h, _K, into):
-        into[:] = 0.0
-        into[state] = error
-
-    monkeypatch.setattr(full_order, "_estimate", estimated)
-    Y, e = np.ones((STAGES + 1, 6)), STUDY.experiments["E14"]
-    Y[STAGES, state] = value
-    assert full_order._relative_error((0.0, 0.0, e.drive, e.plant), e.h, Y, Y, np.empty(6)) == np.inf
 
 
 @pytest.mark.parametrize(("value", "error"), [*FAILED, (0.5, -7.0), (1e5, 7.0)])
@@ -217,7 +188,6 @@ def test_pressures_of_halved_steps_are_handed_over_once(sampling, monkeypatch):
     times, expected = handed_over()
     assert (times == 1).all()
     for size in (1, last // 2 + 1):  # every step ends a block; the second of two blocks is not full
-        for module in (signals, vectorised):
-            monkeypatch.setattr(module, "BLOCK", size)
+        monkeypatch.setattr(replay_module, "BLOCK", size)
         times, pressure = handed_over()
         assert (times == 1).all() and np.array_equal(pressure, expected)

@@ -243,39 +243,6 @@ def test_a_pressure_that_is_not_positive_after_a_step_is_nan(after, monkeypatch)
         np.testing.assert_allclose(W[int(now) : int(now) + 8], expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("error", "largest"),
-    [(0.1, 0.3), (-0.1, 0.3), (-0.7, 0.7), (0.7, 0.7), (np.inf, np.inf), (np.nan, np.inf)],
-)
-def test_the_largest_error_of_a_steps_parts_is_kept_and_infinite_where_one_failed(
-    error, largest, monkeypatch
-):
-    monkeypatch.setattr(fast, "write_rates", lambda *_: None)
-    W, starts = fast.work_array(LANES[:8], E14.plant)
-    for side in range(2):
-        first = int(fast.K_0 + np.uint64(side) * fast.RATES_B)
-        W[first : first + 8] = error / fast.E[0]
-        W[int(fast.LARGEST) + side * fast.ROW :][:8] = 0.3
-    judge = getattr(fast.estimate_errors, "py_func", fast.estimate_errors)
-    judge(W, np.zeros((7, 3)), starts, E14.plant, 1.0, polynomials.flow_polynomial(E14.plant.gas)[0], 1.0)
-    found = [W[int(fast.LARGEST) + side * fast.ROW :][:8] for side in range(2)]
-    np.testing.assert_allclose(found, largest, rtol=1e-12)
-
-
-@pytest.mark.parametrize("side", [0, 1])
-def test_a_lane_is_stored_until_it_is_accurate(side):
-    W, starts = fast.work_array(LANES[:8], E14.plant)
-    now, after, coarse, largest = (
-        W[int(row) + side * fast.ROW :][:8] for row in (fast.P_A, fast.AFTER, fast.COARSE, fast.LARGEST)
-    )
-    now[:], after[:], coarse[:4], largest[:] = 7.0, 5.0, 1.0, [0.1, 0.2, 0.3, 0.1, 9.0, 9.0, 9.0, 9.0]
-    assert fast.store_accurate(W, starts, 0.25)
-    assert coarse.tolist() == [0, 0, 1, 0, 0, 0, 0, 0] and after.tolist() == [7.0] * 4 + [5.0] * 4
-    now[:], largest[:] = 3.0, 0.1
-    assert not fast.store_accurate(W, starts, 0.25)
-    assert not coarse.any() and after.tolist() == [7.0, 7.0, 3.0, 7.0] + [5.0] * 4
-
-
 def test_terms_that_a_lane_needs():
     for names, n, expected in (
         (("M1", "M2", "M3", "M4"), 1.2, 0),
