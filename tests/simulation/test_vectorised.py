@@ -330,6 +330,7 @@ def test_long_sums_keep_small_terms():
     steps, c = 200_000, E14.plant.conditions
     states = np.tile([0.0, 0.0, c.P_0 + 0.1, c.T_0, c.P_0 + 0.1, c.T_0], (steps + 1, 1))
     rest = recorded()._replace(states=states, reference=np.zeros(steps + 1), u=np.zeros(steps + 1))
+    rest = rest._replace(halvings=np.zeros(steps, np.int8))
     cells = replay(rest, LANES[LANES[:, Lane._fields.index("wall_scale")] == 0][:3], LINEAR, steps)
     assert cells.mse.shape == (3, 2)
     offset = states[0, 2] - c.P_0
