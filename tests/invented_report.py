@@ -40,7 +40,7 @@ def runs(experiment, seed):
         square = (size * far)[:, :, None] ** 2 * np.mean((waves[:, 2:] + 0.2) ** 2, axis=0)
         mse[transport] = xr.DataArray(square, grid, list(grid))
         best[transport] = mse[transport].mean("chamber").idxmin("n")
-        places = n_shown(PAPER.n, best[transport].values)
+        places = n_shown(mse[transport].mean("chamber").values, PAPER.n)
         scale = (size * far)[np.arange(len(MODELS)), places][:, :, None, None]
         error = (scale * (waves[:, 2:].T + 0.2)).astype(np.float32)
         spread = rng.lognormal(0, 0.5, (1, 1, 2, len(edges) - 1))

@@ -15,6 +15,7 @@ from pneumo.simulation.replay import STATUS, Replayed, replay
 from pneumo.simulation.signals import study_sampling
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
+from pneumo.storage.trace_layout import replay_and_errors, traced
 
 
 def same_at_every_n() -> str:
@@ -62,14 +63,17 @@ def replay_dataset(
 
 
 def write_replays(
-    study: Study, name: str, recording: Recording, outputs: Mapping[str, Path], code_sha256: str
+    study: Study, name: str, recording: Recording, outputs: Mapping[str, tuple[Path, Path]], code_sha256: str
 ) -> None:
-    """Replay every model at every n on one experiment; write a file for each sampling in `outputs`."""
+    """Replay every model at every n on one experiment, with each signal sampling in `outputs`.
+
+    `outputs` has the file of the cells and that of the errors over time.
+    """
     e = study.experiments[name]
     lanes, index = grid_lanes(study.n, e.plant.gas.gamma)
-    for transport, output in outputs.items():
+    for transport, (output, traces) in outputs.items():
         sampling = study_sampling(transport, e)
-        cells = replay(recording, lanes, sampling, e.pressure_stride)
+        cells, errors = replay_and_errors(e, lanes, recording, sampling)
         about = attributes(
             f"Reduced models replayed on {name}, {transport} signals",
             "Error of every model at every n against the full-order run, and the pressures",
@@ -81,3 +85,12 @@ def write_replays(
             samples="none: every stage" if sampling.exact else f"{sampling.rule} {sampling.delay[0] * e.h}",
         )
         write(replay_dataset(e, study.n, index, cells), output, about)
+        about = attributes(
+            f"Errors of reduced models on {name}, {transport} signals",
+            "Samples; mean square, lowest and highest error of every step by interval; two choices of n",
+            study.config_sha256,
+            code_sha256,
+            e,
+            transport=transport,
+        )
+        write(traced(e, study.n, index, cells, errors), traces, about)

@@ -1,19 +1,15 @@
 """From replays at every step to the traces and errors by interval that the report shows."""
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.experiment import Experiment
+from pneumo.configuration.sampling import Sampling
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import Recording
-from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.replay import OK, replay_in_parts
-from pneumo.simulation.signals import study_sampling
-from pneumo.storage.files import attributes, write
+from pneumo.simulation.replay import OK, Replayed, replay_in_parts
 from pneumo.storage.layout import CHAMBERS, described, experiment_labels
 
 INTERVALS = 240  # of a run, for which errors of every step are stored
@@ -98,45 +94,68 @@ class ErrorsOfRun:
         a, b = np.searchsorted(self.shown, (first, end))
         self.samples[a:b, :, lanes] = error[self.shown[a:b] - first]
 
+    def of_lanes(self, index: np.ndarray) -> Self:
+        """Keep errors of the lanes with these indices only; a lane may be there more than once."""
+        for name in ("samples", "lowest", "highest", "squares"):
+            setattr(self, name, getattr(self, name)[..., index])
+        return self
+
     def mean_square(self) -> np.ndarray:
         """Mean square error of every step of each interval; the last includes the run's end."""
         return self.squares / np.diff([*self.begins, len(self.full)])[:, None, None]
 
 
-def n_shown(n: tuple[float, ...], best_n: np.ndarray) -> np.ndarray:
+def replay_and_errors(
+    experiment: Experiment, lanes: np.ndarray, recording: Recording, sampling: Sampling
+) -> tuple[Replayed, ErrorsOfRun]:
+    """Replay lanes on a run as `pneumo.simulation.replay.replay` does, and gather errors of every step."""
+    different, index = np.unique(lanes, axis=0, return_inverse=True)  # M1, say, is M2 at n = 1
+    stride, full = experiment.pressure_stride, recording.states[:, [2, 4]]
+    errors = ErrorsOfRun(full, len(different), shown_steps(experiment), interval_edges(experiment))
+    pressure = np.full((len(different), 2, (len(full) - 1) // stride + 1), np.nan)
+
+    def take(of_lanes: np.ndarray, first: int, P: np.ndarray) -> None:
+        stored = P[-first % stride :: stride]
+        place = -(-first // stride)
+        pressure[of_lanes, :, 0] = recording.plant.conditions.P_0
+        pressure[of_lanes, :, place : place + len(stored)] = stored.T
+        errors.take(of_lanes, first, P)
+
+    result = replay_in_parts(recording, different, sampling, take)._replace(pressure=pressure)
+    index = index.ravel()  # NumPy 2.0 gives it another axis
+    return Replayed(*(values[index] for values in result)), errors.of_lanes(index)
+
+
+def n_shown(mse: np.ndarray, n: tuple[float, ...]) -> np.ndarray:
     """Index in `n` of each model's best n and of the common n, shape (choice, model).
 
-    The best n is -1 where `best_n` is NaN.
+    `mse` is by (model, n). The best n is -1 if it is NaN at any n: that of a failed replay.
     """
-    grid = np.array(n)
-    best = [int(np.abs(grid - value).argmin()) if np.isfinite(value) else -1 for value in best_n]
-    return np.array([best, np.full(len(best), np.abs(grid - COMMON_N).argmin())])
+    failed = np.isnan(mse).any(axis=1)
+    best = np.where(failed, -1, np.where(failed[:, None], np.inf, mse).argmin(axis=1))
+    return np.stack([best, np.full(len(best), np.abs(np.array(n) - COMMON_N).argmin())])
 
 
 def traced(
-    experiment: Experiment, study: Study, recording: Recording, transport: str, best_n: np.ndarray
+    experiment: Experiment, n: tuple[float, ...], index: np.ndarray, cells: Replayed, errors: ErrorsOfRun
 ) -> xr.Dataset:
     """Errors of each model over time, at its best n and at a common n, for the report.
 
     They are given as samples and, by interval, as mean square, lowest and highest error over all steps.
-    `transport` names the signal sampling, "published" or "exact"; `best_n` is NaN where a model failed at
-    some n.
+    `index`, shape (model, n), is the lane that each model has at each n, from `grid_lanes`; `cells` and
+    `errors` are those of all lanes, from `replay_and_errors`.
     """
-    lanes, index = grid_lanes(study.n, experiment.plant.gas.gamma)
-    places = n_shown(study.n, best_n)
-    lane_of = index[np.arange(len(MODELS)), places]  # by (choice, model); -1 takes any and is blanked
-    edges, shown = interval_edges(experiment), shown_steps(experiment)
-    needed = np.unique(lane_of[places >= 0])
-    errors = ErrorsOfRun(recording.states[:, [2, 4]], len(needed), shown, edges)
-    replayed = replay_in_parts(recording, lanes[needed], study_sampling(transport, experiment), errors.take)
-    place = np.searchsorted(needed[:-1], lane_of)
-    missing = (places < 0) | (replayed.status != OK).any(axis=1)[place]
+    failed = (cells.status != OK).any(axis=1)
+    mse = np.where(failed, np.nan, cells.mse.mean(axis=1))[index]
+    places = n_shown(mse, n)
+    place = index[np.arange(len(MODELS)), places]  # by (choice, model); -1 takes any and is blanked
+    missing = (places < 0) | failed[place]
 
     def by_cell(values: np.ndarray, dtype: type = np.float32) -> np.ndarray:
         """Values of lanes, shape (..., chamber, lane), by (choice, model, chamber, ...)."""
-        cells = values[..., place].transpose(2, 3, 1, 0).astype(dtype)
-        cells[missing] = np.nan
-        return cells
+        shown = values[..., place].transpose(2, 3, 1, 0).astype(dtype)
+        shown[missing] = np.nan
+        return shown
 
     dims = ("choice", "model", "chamber")
     values: dict[str, Any] = {
@@ -144,36 +163,13 @@ def traced(
         "lowest": ((*dims, "edge"), by_cell(errors.lowest)),
         "highest": ((*dims, "edge"), by_cell(errors.highest)),
         "error": ((*dims, "t"), by_cell(errors.samples)),
-        "n_shown": (dims[:2], np.where(places >= 0, np.array(study.n)[places], np.nan)),
+        "n_shown": (dims[:2], np.where(places >= 0, np.array(n)[places], np.nan)),
     }
     coords = {
         "choice": list(CHOICES),
         "model": list(MODELS),
         "chamber": CHAMBERS,
-        "edge": edges[:-1] * experiment.h,
-        "t": shown * experiment.h,
+        "edge": errors.begins * experiment.h,
+        "t": errors.shown * experiment.h,
     }
     return described(xr.Dataset(values, coords | experiment_labels(experiment)), ABOUT)
-
-
-def write_traces(
-    study: Study,
-    name: str,
-    recording: Recording,
-    best_n: Mapping[str, xr.DataArray],
-    outputs: Mapping[str, Path],
-    code_sha256: str,
-) -> None:
-    """Write the errors over time (`traced`) of one experiment, a file for each sampling in `outputs`."""
-    e = study.experiments[name]
-    for transport, output in outputs.items():
-        best = best_n[transport].sel(experiment=name, model=list(MODELS)).values
-        about = attributes(
-            f"Errors of reduced models on {name}, {transport} signals",
-            "Samples; mean square, lowest and highest error of every step by interval; two choices of n",
-            study.config_sha256,
-            code_sha256,
-            e,
-            transport=transport,
-        )
-        write(traced(e, study, recording, transport, best), output, about)

@@ -22,7 +22,7 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import study_sampling
 from pneumo.storage.layout import datum_dataset
-from pneumo.storage.trace_layout import COMMON_N, interval_edges, shown_steps, traced
+from pneumo.storage.trace_layout import COMMON_N, interval_edges, replay_and_errors, shown_steps, traced
 
 pytestmark = pytest.mark.xdist_group("report page")  # the page takes seconds to make
 
@@ -277,7 +277,8 @@ class TestInBrowser:
             grid = {"model": list(MODELS), "n": list(PAPER.n), "chamber": ["A", "B"]}
             mse[transport] = xr.DataArray(replayed.mse[index], grid, list(grid))
             best[transport] = mse[transport].mean("chamber").idxmin("n")
-            traces[transport] = traced(e, PAPER, recording, transport, best[transport].values)
+            gathered = replay_and_errors(e, lanes, recording, study_sampling(transport, e))
+            traces[transport] = traced(e, PAPER.n, index, *gathered)
             every[transport] = recording.states[:, [2, 4]].T - replayed.pressure
         page = tmp_path / "report.html"
         shown = part(e, datum_dataset(e, recording), mse, traces, best)

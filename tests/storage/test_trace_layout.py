@@ -11,15 +11,31 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.signals import study_sampling
 from pneumo.storage import trace_layout
-from pneumo.storage.trace_layout import CHOICES, COMMON_N, close_up, interval_edges, shown_steps, traced
+from pneumo.storage.trace_layout import (
+    CHOICES,
+    COMMON_N,
+    close_up,
+    interval_edges,
+    n_shown,
+    replay_and_errors,
+    shown_steps,
+    traced,
+)
 
 EXPERIMENT = lasting("E12", 7.013)  # no multiple of anything
-BEST = np.resize([1.0, 1.2, 1.0, 1.0, 1.4, COMMON_N, 1.05, np.nan, 1.3, 1.25], len(MODELS))
 
 
 @pytest.fixture(scope="module")
 def recording():
     return record(EXPERIMENT)
+
+
+def made(recording, transport, failed=False):
+    lanes, index = grid_lanes(STUDY.n, EXPERIMENT.plant.gas.gamma)
+    cells, errors = replay_and_errors(EXPERIMENT, lanes, recording, study_sampling(transport, EXPERIMENT))
+    if failed:
+        cells.status[index[list(MODELS).index("M8"), 0]] = 1
+    return traced(EXPERIMENT, STUDY.n, index, cells, errors)
 
 
 @pytest.fixture(scope="module")
@@ -45,12 +61,11 @@ def test_samples_and_intervals_cover_a_run(experiment):
 
 def test_errors_are_those_of_every_step(recording, every_step):
     errors, index, mse = every_step
-    traces = traced(EXPERIMENT, STUDY, recording, "published", BEST)
+    traces = made(recording, "published")
+    best = np.array(STUDY.n)[mse.mean(axis=1)[index].argmin(axis=1)]
     shown, edges = shown_steps(EXPERIMENT), interval_edges(EXPERIMENT)
-    for choice, n in zip(CHOICES, (BEST, np.full(len(MODELS), COMMON_N)), strict=True):
+    for choice, n in zip(CHOICES, (best, np.full(len(MODELS), COMMON_N)), strict=True):
         for m, (name, model) in enumerate(MODELS.items()):
-            if np.isnan(n[m]):
-                continue
             lane = index[m, STUDY.n.index(n[m]) if model.has_n else 0]
             cell = traces.sel(choice=choice, model=name)
             for c in range(2):
@@ -66,19 +81,19 @@ def test_errors_are_those_of_every_step(recording, every_step):
                 assert whole == pytest.approx(mse[lane, c], rel=1e-9)
 
 
-def test_a_model_that_failed_at_every_n_has_no_best_trace(recording):
-    traces = traced(EXPERIMENT, STUDY, recording, "exact", BEST).sel(model="M8")
+def test_a_model_that_failed_at_some_n_has_no_best_trace(recording):
+    traces = made(recording, "exact", failed=True).sel(model="M8")
     for name in ("error", "mean_square", "lowest", "highest", "n_shown"):
         assert np.isnan(traces[name].sel(choice="best")).all()
         assert np.isfinite(traces[name].sel(choice="common")).all()
 
 
 def test_lanes_that_the_readable_kernel_replays_again_replace_what_was_gathered(recording, monkeypatch):
-    together, block = traced(EXPERIMENT, STUDY, recording, "exact", BEST), replay_module.replay_side_by_side
+    together, block = made(recording, "exact"), replay_module.replay_side_by_side
     monkeypatch.setattr(
         replay_module, "replay_side_by_side", lambda *a: (block(*a)[0], np.full((len(a[1]), 2), np.nan))
     )
-    again = traced(EXPERIMENT, STUDY, recording, "exact", BEST)
+    again = made(recording, "exact")
     for name in ("lowest", "highest", "error"):  # in single precision; kernels differ by rounding
         np.testing.assert_allclose(again[name], together[name], rtol=1e-5, atol=1e-2)
     np.testing.assert_allclose(again["mean_square"], together["mean_square"], rtol=1e-6)

@@ -4,7 +4,7 @@
 rule statistics:
     input:
         parameters=rules.parameters.output[0],
-        cells=rules.replay.output,
+        cells=rules.replay.output.cells,
     output:
         tables=expand("<results>/{transport}/statistics.nc", transport=TRANSPORTS),
     log:
@@ -24,7 +24,7 @@ rule verdict:
         parameters=rules.parameters.output[0],
         settling=rules.settling.output,
         datum=rules.datum.output,
-        cells=rules.replay.output,
+        cells=rules.replay.output.cells,
         statistics=rules.statistics.output,
         claims="paper/2006/claims.yaml",
         errata="paper/2006/errata.yaml",

@@ -29,7 +29,7 @@ rule figures:
         parameters=rules.parameters.output[0],
         settling=f"<results>/settling/{shown('fig07', STUDY.experiments)}.nc",
         datum=f"<results>/datum/{shown('traces', STUDY.experiments)}.nc",
-        cells=rules.replay.output,
+        cells=rules.replay.output.cells,
         statistics=rules.statistics.output,
         published=expand(
             "paper/2006/published/{name}.csv",
@@ -54,36 +54,12 @@ rule figures:
         "../scripts/figures.py"
 
 
-rule traces:
-    input:
-        parameters=rules.parameters.output[0],
-        datum=rules.datum.output,
-        statistics=rules.statistics.output,
-    output:
-        traces=expand(
-            "<results>/{transport}/traces/{experiment}.nc",
-            transport=TRANSPORTS,
-            experiment=STUDY.experiments,
-        ),
-    log:
-        "<results>/logs/traces.log",
-    priority: 1  # the report waits for it
-    threads: all_cores_but_one  # which verdict and figures have meanwhile
-    params:
-        code=code_behind("traces.py"),
-    message:
-        "Errors at every step, by interval, and the samples that the report shows"
-    script:
-        "../scripts/traces.py"
-
-
 rule report:
     input:
         parameters=rules.parameters.output[0],
         datum=rules.datum.output,
-        cells=rules.replay.output,
+        replays=rules.replay.output,  # with traces
         statistics=rules.statistics.output,
-        traces=rules.traces.output,
         verdict=[] if USER_CYLINDERS else [rules.verdict.output.judged],
         templates=page_templates("report.html.j2"),
         quoted="pneumo/publish/text/kept_sentences.json",

@@ -61,12 +61,17 @@ rule replay:
             transport=TRANSPORTS,
             experiment=STUDY.experiments,
         ),
+        traces=expand(
+            "<results>/{transport}/traces/{experiment}.nc",
+            transport=TRANSPORTS,
+            experiment=STUDY.experiments,
+        ),
     log:
         "<results>/logs/replay.log",
     threads: all_cores
     params:
         code=code_behind("replay.py"),
     message:
-        "Replays of all models, both signal samplings"
+        "Replays of all models, both signal samplings: errors, also by interval of time for the report"
     script:
         "../scripts/replay.py"
