@@ -114,8 +114,6 @@ def fit(
     from pneumo.configuration.sampling import HELD, INTERPOLATED
     from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
-    from pneumo.fit.closed.closed_fit import fit_closed
-    from pneumo.fit.closed.thermal_time_constant import FEWEST_SAMPLES, transient
     from pneumo.fit.estimate import MOST_STEPS, at_temperature
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
@@ -168,10 +166,15 @@ def fit(
     for note in measured.notes:
         say(f"note: {note}")
     if closed is not None and closed != "both":
+        from pneumo.fit.closed.thermal_time_constant import transient
+
         still = transient(measured, at_temperature(plant, measured.T), closed, closed_from)
         return typer.echo(shown.transient_text(still))
     rule = HELD if command == "held" else INTERPOLATED
     if measured.closed:
+        from pneumo.fit.closed.closed_fit import fit_closed
+        from pneumo.fit.closed.thermal_time_constant import FEWEST_SAMPLES
+
         for option in [
             name for name, given in (("model", model), ("also", also), ("validate", other)) if given
         ]:

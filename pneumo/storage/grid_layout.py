@@ -63,15 +63,16 @@ def replay_dataset(
 
 
 def write_replays(
-    study: Study, name: str, recording: Recording, outputs: Mapping[str, tuple[Path, Path]], code_sha256: str
+    study: Study, name: str, recording: Recording, outputs: Mapping[str, Path], code_sha256: str
 ) -> None:
     """Replay every model at every n on one experiment, with each signal sampling in `outputs`.
 
-    `outputs` has the file of the cells and that of the errors over time.
+    `outputs` has the file of each sampling's cells. Their errors over time are written into the folder
+    `traces` beside its folder.
     """
     e = study.experiments[name]
     lanes, index = grid_lanes(study.n, e.plant.gas.gamma)
-    for transport, (output, traces) in outputs.items():
+    for transport, output in outputs.items():
         sampling = study_sampling(transport, e)
         cells, errors = replay_and_errors(e, lanes, recording, sampling)
         about = attributes(
@@ -93,4 +94,4 @@ def write_replays(
             e,
             transport=transport,
         )
-        write(traced(e, study.n, index, cells, errors), traces, about)
+        write(traced(e, study.n, index, cells, errors), output.parents[1] / "traces" / output.name, about)

@@ -131,8 +131,8 @@ def n_shown(mse: np.ndarray, n: tuple[float, ...]) -> np.ndarray:
 
     `mse` is by (model, n). The best n is -1 if it is NaN at any n: that of a failed replay.
     """
-    failed = np.isnan(mse).any(axis=1)
-    best = np.where(failed, -1, np.where(failed[:, None], np.inf, mse).argmin(axis=1))
+    failed = np.isnan(mse).any(axis=1, keepdims=True)
+    best = np.where(failed, [-1], np.where(failed, np.inf, mse).argmin(axis=1, keepdims=True))[:, 0]
     return np.stack([best, np.full(len(best), np.abs(np.array(n) - COMMON_N).argmin())])
 
 

@@ -16,7 +16,6 @@ from pneumo.storage.trace_layout import (
     COMMON_N,
     close_up,
     interval_edges,
-    n_shown,
     replay_and_errors,
     shown_steps,
     traced,

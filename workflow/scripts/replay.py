@@ -1,4 +1,4 @@
-"""Replay every model at every n on every full-order run, with both signal samplings: errors, and over time."""
+"""Replay every model at every n on every full-order run, with both signal samplings; gather traces."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -9,16 +9,13 @@ from pneumo.storage.grid_layout import write_replays
 from pneumo.storage.layout import recording_from
 
 
-def main(
-    parameters: Path, datum: list[Path], cells: list[Path], traces: list[Path], threads: int, code: str
-) -> None:
+def main(parameters: Path, datum: list[Path], cells: list[Path], threads: int, code: str) -> None:
     study = read_study(parameters)
     # Longest first, so that the threads end together. The kernels hold no lock while they run.
     longest_first = sorted(datum, key=lambda file: -study.experiments[file.stem].steps)
 
     def replay_file(file: Path) -> None:
-        pairs = zip(cells, traces, strict=True)
-        outputs = {pair[0].parts[-3]: pair for pair in pairs if pair[0].stem == file.stem}
+        outputs = {output.parts[-3]: output for output in cells if output.stem == file.stem}
         write_replays(
             study, file.stem, recording_from(read(file), study.experiments[file.stem]), outputs, code
         )
