@@ -8,8 +8,6 @@ PYTHON ?= python3.11
 JOBS ?= 2
 COUNT ?= 3
 UNDISTURBED ?= 20
-FOLDER ?=
-PNEUMO ?= pneumo
 SOAK_MINUTES ?= 30
 
 # Not .venv/bin/activate, which does not work under a path with quotes.
@@ -21,7 +19,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench records template crate crosscheck fuzz torture determinism slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench crosscheck fuzz torture determinism slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -85,21 +83,6 @@ fuzz: .venv/.dev  ## try 10 000 bad inputs and record the outcome in results/evi
 	@echo "== fuzz: pytest tests/cli/test_fuzz.py"
 	$(activate)
 	FUZZ=10000 pytest -q -s tests/cli/test_fuzz.py
-
-records: .venv/.dev  ## write the numbers of both papers, printed and reproduced, as HEPData tables into results/records
-	@echo "== records: results/records"
-	$(activate)
-	python workflow/records.py
-
-template: .venv/.study  ## write a repository that judges another paper in CI into FOLDER=... (PNEUMO: where its CI gets pneumo)
-	@echo "== template: $(FOLDER)"
-	$(activate)
-	python workflow/template.py "$(FOLDER)" "$(PNEUMO)"
-
-crate: .venv/.dev records  ## bundle the finished study as a Workflow Run RO-Crate, results/crate.zip
-	@echo "== crate: results/crate.zip"
-	$(activate)
-	python workflow/crate.py
 
 torture: .venv/.dev  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
 	@echo "== torture: results/evidence/torture.json"
@@ -165,7 +148,7 @@ lock: .venv/.study  ## write both locks again from pyproject.toml (UPGRADE=1: ne
 	@echo "== lock: requirements.lock, requirements-dev.lock"
 	$(activate)
 	$(compile) $(study_extras) --output-file requirements.lock pyproject.toml
-	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu --extra mujoco --extra parquet \
+	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu --extra parquet \
 	    --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
 
 lock-check: .venv/.study  ## is there a wheel of every locked package for Linux on x86-64 and aarch64 and for macOS 15 on arm64

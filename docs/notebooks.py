@@ -12,7 +12,7 @@ from jinja2 import Template
 from myst_nb.core.read import read_myst_markdown_notebook
 from small_study import EXPERIMENTS, ROOT, small_study
 
-SHOWN = ("replay.c", "controller.c", "controller.xml", "system.ssd")  # files beside the pages, which they use
+SHOWN = ("replay.c",)  # files beside the pages, which they use
 RESULTS = ROOT / "results"
 DOCS = Path(__file__).parent
 HEAD = "---\nfile_format: mystnb\n"

@@ -2,7 +2,6 @@
 
 import re
 import shlex
-import shutil
 import subprocess
 import tomllib
 from collections import Counter
@@ -11,7 +10,6 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import nbformat
-import numpy as np
 import pytest
 from checkout import ROOT
 from markdown_it import MarkdownIt
@@ -141,45 +139,6 @@ def test_a_wrong_line_is_noticed(line, folder, monkeypatch):
     monkeypatch.chdir(folder)
     with pytest.raises((AssertionError, pytest.fail.Exception, subprocess.CalledProcessError)):
         run_line(line, folder)
-
-
-def run_notebook(page, folder, monkeypatch):
-    """Run the cells of a page that is a notebook in a folder; return the names that they define."""
-    monkeypatch.chdir(folder)
-    (folder / "config").symlink_to(ROOT / "config")
-    names: dict = {}
-    for token in MarkdownIt().parse((DOCS / f"{page}.md").read_text(encoding="utf-8")):
-        code = re.sub(r"^:.*\n", "", token.content)
-        if token.info == "{code-cell}" and code.startswith("%%sh"):
-            for line in code.splitlines()[1:]:
-                run_line(line, folder)
-        elif token.info == "{code-cell}":
-            exec(compile(code, f"{page}.md", "exec"), names)  # noqa: S102 - the project's own page
-    names["plt"].close("all")
-    return names
-
-
-@pytest.mark.slow
-def test_an_exported_model_in_mujoco_follows_the_full_order(tmp_path, monkeypatch):
-    pytest.importorskip("mujoco")
-    names = run_notebook("mujoco", tmp_path, monkeypatch)
-    rms, size = names["rms"], names["F"].std()
-    assert rms["M8"] < 0.02 * size < 0.1 * size < rms["MuJoCo's cylinder"]
-
-
-@pytest.mark.slow
-def test_the_controllers_fmu_positions_the_plants(tmp_path, monkeypatch):
-    pytest.importorskip("fmpy")
-    for name in ("controller.c", "controller.xml", "system.ssd"):
-        shutil.copy(DOCS / name, tmp_path)
-    names = run_notebook("co-simulation", tmp_path, monkeypatch)
-    run = names["run"]
-    assert names["problems"] == {"plant.fmu": [], "controller.fmu": []}
-    # The command is the controller's law on the position of the last communication point.
-    np.testing.assert_array_equal(run["controller.u"][1:], 100 * (run["reference"] - run["plant.x"])[:-1])
-    np.testing.assert_array_equal(run["plant.u"][1:], run["controller.u"][1:])  # after the exchange
-    assert abs(run["plant.x"][999] - 0.02) < 1e-4 and abs(run["plant.x"][1999] + 0.02) < 1e-4
-    assert names["off"]["x"] < 1e-12 and names["off"]["P_A"] < 1e-3 and names["off"]["P_B"] < 1e-3
 
 
 def assert_current(numbers):

@@ -34,18 +34,6 @@ def test_the_pages_are_made_by_targets_that_exist():
     assert all(re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE) for target in targets)
 
 
-def test_the_recipe_names_the_package_its_licences_and_its_dependencies():
-    recipe = loaded("packaging/conda/recipe.yaml")
-    assert recipe["context"]["version"] == PROJECT["version"]
-    assert recipe["about"]["license_file"] == PROJECT["license-files"]
-    assert all((ROOT / file).is_file() for file in PROJECT["license-files"])
-    (point,) = recipe["build"]["python"]["entry_points"]
-    assert dict([point.split(" = ")]) == PROJECT["scripts"]
-    run = {line.replace(" ", "") for line in recipe["requirements"]["run"] if not line.startswith("python ")}
-    assert {line.replace("matplotlib-base", "matplotlib") for line in run} == set(PROJECT["dependencies"])
-    assert "pydantic>=2.12" in run  # the first whose Field has `exclude_if`
-
-
 def test_hooks_before_a_commit_are_commands_of_lint():
     (repository,) = loaded(".pre-commit-config.yaml")["repos"]
     lint = (ROOT / "Makefile").read_text().partition("\nlint:")[2]

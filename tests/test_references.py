@@ -11,7 +11,6 @@ TEXTS = {
     for name in sources()
     if name.endswith((*KINDS, "Makefile", "Snakefile"))
     and name not in ("CHANGELOG.md", "tests/test_references.py")  # history, and names that are absent
-    and not name.startswith(("workflow/template/", "tests/verdict/test_template"))  # of another repository
 }
 FOLDERS = "pneumo|workflow|tests|docs|paper|config|benchmarks|data"
 SUFFIXES = "py|md|yaml|csv|smk|json|nc|typ|j2|svg|png"
