@@ -51,12 +51,11 @@ soak: .venv/.dev  ## search for failures: 20 times the examples, random, in rand
 	done
 
 coverage: .venv/.dev  ## measure which lines of pneumo/ the tests reach; fails below 95 % (half an hour, if PYTHON is 3.12 or later)
-	@echo "== coverage: pytest -n $(JOBS), then small tests of the kernels uncompiled"
+	@echo "== coverage: pytest -n $(JOBS)"
 	$(activate)
 	export COVERAGE_CORE=$$(python -c "import sys; print('sysmon' if sys.version_info >= (3, 12) else 'ctrace')") # sysmon slows little
 	coverage erase
 	coverage run -m pytest -n $(JOBS)
-	NUMBA_DISABLE_JIT=1 coverage run -m pytest -m uncompiled
 	coverage combine --quiet
 	coverage report
 

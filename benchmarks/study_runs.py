@@ -1,8 +1,7 @@
-"""The whole study, run as a user runs it, in a copy of this folder: cold, warm, and with nothing to do."""
+"""The whole study, run as a user runs it, in a copy of this folder: anew, and with nothing to do."""
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,7 +16,7 @@ STARTED = re.compile(r"^Job (\d+): ")
 FINISHED = re.compile(r"^Finished jobid: (\d+) \(Rule: (\w+)\)")
 
 
-def snakemake(folder: Path, cache: Path, *arguments: str) -> dict[str, Any]:
+def snakemake(folder: Path, *arguments: str) -> dict[str, Any]:
     """Run the workflow.
 
     Returns
@@ -26,7 +25,7 @@ def snakemake(folder: Path, cache: Path, *arguments: str) -> dict[str, Any]:
         ``wall_s``; ``stages_s``, from the start of each job to its end; ``peak_memory_gib`` of the
         biggest process.
     """
-    environment = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(cache)}
+    environment = os.environ | {"PYTHONPATH": str(folder)}
     begin = time.perf_counter()
     process = subprocess.Popen(
         [sys.executable, *ARGUMENTS, *arguments],
@@ -59,7 +58,7 @@ def work_of_jobs(folder: Path) -> dict[str, float]:
 
 
 def run_study(*arguments: str) -> dict[str, Any]:
-    """Run the study in a temporary folder three times: compiling, compiled, and with nothing to do.
+    """Run the study in a temporary folder twice: anew, and with nothing to do.
 
     Parameters
     ----------
@@ -67,17 +66,13 @@ def run_study(*arguments: str) -> dict[str, Any]:
         More for snakemake: another configuration.
     """
     with tempfile.TemporaryDirectory(prefix="pneumo-bench-") as temporary:
-        folder, cache = copy_checkout(Path(temporary, "pneumo")), Path(temporary, "numba")
-        runs = {"cold": snakemake(folder, cache, *arguments)}
-        shutil.rmtree(folder / "results")
-        shutil.rmtree(folder / ".snakemake")
-        runs["warm"] = snakemake(folder, cache, *arguments)
-        runs["noop"] = snakemake(folder, cache, *arguments)
-        work, stages = work_of_jobs(folder), runs["warm"]["stages_s"]
+        folder = copy_checkout(Path(temporary, "pneumo"))
+        runs = {name: snakemake(folder, *arguments) for name in ("all", "nothing to do")}
+        work, stages = work_of_jobs(folder), runs["all"]["stages_s"]
         size = sum(file.stat().st_size for file in (folder / "results").rglob("*") if file.is_file())
     return {
         "wall_s": {name: run["wall_s"] for name, run in runs.items()},
-        "stages_s": {name: runs[name]["stages_s"] for name in ("cold", "warm")},
+        "stages_s": stages,
         "work_s": work,
         "job_overhead": 1 - sum(work.get(rule, 0.0) for rule in stages) / sum(stages.values()),
         "replay_wall_s": stages["replay"] + stages["statistics"],

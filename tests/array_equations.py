@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from pneumo.simulation.runge_kutta import A, B
+from pneumo.simulation.tableau import DORMAND_PRINCE
+
+A, B = DORMAND_PRINCE.A, DORMAND_PRINCE.b
 
 
 def array_flows(u, P, T, plant):

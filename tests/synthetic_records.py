@@ -12,9 +12,8 @@ from scipy.interpolate import CubicHermiteSpline
 from pneumo.configuration.experiment import Drive, Plant
 from pneumo.evidence.random_cylinders import random_plants as draw
 from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.simulation.fitted_pressures import KUTTA, pressures_of_sets
 from pneumo.simulation.full_order import equilibrium, run
-from pneumo.simulation.given_inputs import pressures_on_inputs
-from pneumo.simulation.tableau import DORMAND_PRINCE
 
 DEAD_FRACTION = draw.log_uniform(0.08, 0.3)  # dead volume over that of half the stroke
 GUESS = draw.log_uniform(0.7, 1.4)  # configured over true valve coefficient
@@ -136,12 +135,12 @@ def reduced_pressures(
     steps = len(states) - 1
     t = TRUTH_STEP * np.arange(steps + 1)
     motion = CubicHermiteSpline(t, states[:, 0], states[:, 1])
-    at = t[:-1, None] + DORMAND_PRINCE.c * TRUTH_STEP
+    at = t[:-1, None] + KUTTA.c * TRUTH_STEP
     command = np.broadcast_to(np.repeat(u, steps // len(u))[:, None], at.shape)
-    inputs = np.stack([command, motion(at), motion.derivative()(at)], axis=-1)
+    motions = np.stack([motion(at), motion.derivative()(at)], axis=-1)[None]
     row = lane_array([lane(MODELS[model], n, plant.gas.gamma)])
-    with_V_d = plant._replace(cylinder=plant.cylinder._replace(V_d_A=V_d[0], V_d_B=V_d[1]))
-    return pressures_on_inputs(inputs, row, with_V_d, TRUTH_STEP, 1)[0]
+    start = np.full((1, 2), plant.conditions.P_0)
+    return pressures_of_sets(command, motions, row, np.array([V_d]), plant, TRUTH_STEP, 1, start)[0, 0]
 
 
 def true_parameters(known: SyntheticRecord) -> dict[str, float]:

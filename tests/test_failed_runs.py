@@ -44,7 +44,6 @@ def broken(name):
     return E06._replace(plant=plant._replace(**changed))
 
 
-@pytest.mark.uncompiled
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_run_that_fails_has_status_time_and_state(name):
     recording = record(broken(name))
@@ -72,7 +71,6 @@ def test_a_run_that_does_not_fail_and_a_study_in_which_everything_did():
     assert bool(table[["mse", "std", "p10", "best_n"]].isnull().all().to_array().all())
 
 
-@pytest.mark.uncompiled
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
 def test_the_first_bad_state_counts(value):
     states = np.ones((10, 6))

@@ -31,7 +31,7 @@ def for_each_experiment(
         return result
 
     longest_first = sorted(experiments.values(), key=lambda experiment: -experiment.steps)
-    with ThreadPoolExecutor(threads) as pool:  # the kernels hold no lock while they run
+    with ThreadPoolExecutor(threads) as pool:  # the core holds no lock while they run
         results = dict(zip((e.name for e in longest_first), pool.map(done, longest_first), strict=True))
     return {name: results[name] for name in experiments}
 

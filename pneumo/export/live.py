@@ -16,8 +16,8 @@ from pneumo.errors import InputError
 from pneumo.export.c_source import TEMPLATES, c99, compiled
 from pneumo.export.printing import digits, printed
 from pneumo.physics.models import MODELS
-from pneumo.simulation.runge_kutta import STAGES, STEP_TOLERANCE
-from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
+from pneumo.simulation.full_order import STEP_TOLERANCE
+from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE, STAGES
 
 MOST_STEPS = 1000  # in one call
 EXPORTED = ("take_defaults", "start", "advance", "start_record", "replay_record", "study_run")

@@ -9,8 +9,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.equations.chamber_rate import lane_for
 from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError
-from pneumo.physics.models import MODELS, Model, lane
-from pneumo.simulation.full_order_replay import FullRow
+from pneumo.physics.models import Model, full_order_lane
 from pneumo.simulation.kalman_filter import STATES, FilterModel, Noise, estimated
 
 FORCE_NOISE, PRESSURE_NOISE = 3e-4, 3e3  # process noise: s^0.5, over P_s A_A; Pa/s^0.5
@@ -122,8 +121,8 @@ def ekf(
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} = {value:g}: must be a positive number")
     full = model == FULL_ORDER
-    row = lane(MODELS["M1"], 1.0, plant.gas.gamma) if full else lane_for(model, n, plant)
-    if estimate_k_0 and not (plant.k_0 > 0 and (full or row.wall_scale > 0)):
+    row = full_order_lane(plant.gas.gamma) if full else lane_for(model, n, plant)
+    if estimate_k_0 and not (plant.k_0 > 0 and row.wall_scale > 0):
         raise InputError("estimate_k_0: needs a model with wall heat and a plant with k_0 above 0")
     command = np.clip(_signal("u", u, None, gaps=False), -plant.valve.u_max, plant.valve.u_max)
     position = _signal("x", x, len(command))
@@ -135,7 +134,7 @@ def ekf(
         raise InputError(f"first = {first}: must be two positive pressures, Pa")
     force = FORCE_NOISE * plant.conditions.P_s * plant.cylinder.A_A if force_noise is None else force_noise
     noise = Noise(float(force), float(pressure_noise), x_deviation**2, pressure_deviation**2)
-    chosen = FilterModel(full, bool(estimate_k_0), row, FullRow())
+    chosen = FilterModel(bool(estimate_k_0), row)
     states, variances = estimated(position, P, command, start, chosen, plant, noise, float(h))
     deviation = np.sqrt(variances)
     if not full:

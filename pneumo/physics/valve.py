@@ -1,7 +1,6 @@
 """Servo-valve: mass flow through a restriction, eqs (1) and (2).
 
-Functions take floats, in plain Python and in compiled kernels; `mass_flow` and `choked_flow` also take
-quantities with units.
+Functions take floats; `mass_flow` and `choked_flow` also take quantities with units.
 """
 
 from typing import NamedTuple, TypeVar

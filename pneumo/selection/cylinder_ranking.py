@@ -17,10 +17,9 @@ from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import InputError
 from pneumo.hashing import code_hash
-from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.simulation.full_order import record
-from pneumo.simulation.full_order_replay import FullRow, full_order_mse
-from pneumo.simulation.replay import replay
+from pneumo.simulation.replay import full_order_mse, replay
 from pneumo.simulation.settling import thermal_time_constant
 from pneumo.storage.files import attributes, write
 from pneumo.storage.grid_layout import replayed_grid, same_at_every_n
@@ -95,7 +94,7 @@ def mse_at_other_k_0(
     wrong = [row._replace(wall_scale=row.wall_scale / ratio) for row in right]
     cells = replay(recording, lane_array([*wrong, *right]), EXACT_SAMPLING, experiment.steps)
     mse = np.where(cells.status != 0, np.nan, cells.mse).reshape(2, len(MODELS), len(n), 2)
-    full = full_order_mse(recording, [FullRow(wall_scale=1 / ratio)], EXACT_SAMPLING)[0]
+    full = full_order_mse(recording, [full_order_lane(gamma, 1 / ratio)], EXACT_SAMPLING)[0]
     return mse[0], mse[1], full
 
 
@@ -129,7 +128,7 @@ def mse_on_other_plant(
     lanes = [lane(model, value, experiment.plant.gas.gamma) for model in MODELS.values() for value in n]
     cells = replay(recording, lane_array(lanes), EXACT_SAMPLING, experiment.steps)
     mse = np.where(cells.status != 0, np.nan, cells.mse).reshape(len(MODELS), len(n), 2)
-    return mse, full_order_mse(recording, [FullRow()], EXACT_SAMPLING)[0]
+    return mse, full_order_mse(recording, [full_order_lane(experiment.plant.gas.gamma)], EXACT_SAMPLING)[0]
 
 
 def one_run(

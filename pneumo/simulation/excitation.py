@@ -10,7 +10,6 @@ from math import log, sqrt
 import numpy as np
 
 from pneumo.configuration.experiment import Drive, Excitation
-from pneumo.simulation.compiled import inlined
 
 MULTIPLIER, MODULUS = 16807, 2**31 - 1
 SCALE = 4.656612875245797e-10  # 1 / MODULUS as the block has it
@@ -60,7 +59,6 @@ def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.nda
     return np.repeat(levels, excitation.every)[: steps + 1]
 
 
-@inlined
 def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[float, float]:
     """Reverse the open-loop command where the piston is beyond `Drive.x_reverse` and would be driven further.
 
@@ -88,7 +86,6 @@ def reversed_late(u: np.ndarray, draws: np.ndarray, late: float) -> np.ndarray:
     return draws * ((1 - late) * sign + late * before)
 
 
-@inlined
 def command(reference: float, x: float, drive: Drive) -> float:
     """Command to the valve before its limiter, V: Figs 4 and 5."""
     if drive.closed_loop:

@@ -10,23 +10,12 @@ import numpy as np
 import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.configuration.sampling import Sampling
-from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import (
-    Chamber,
-    Side,
-    acceleration,
-    chamber_of,
-    heat_area,
-    motion,
-    stopped,
-    volume,
-)
-from pneumo.physics.valve import chamber_flows, limited
-from pneumo.simulation.compiled import inlined
-from pneumo.simulation.excitation import command, reference_series, reversed_late
-from pneumo.simulation.runge_kutta import STAGES, dormand_prince
+from pneumo.simulation.excitation import reference_series, reversed_late
+from pneumo.simulation.tableau import STAGES
 
 MOST_HALVINGS = 20  # that the core accepts for a step
+# Estimated error over P_0, T_0 or the stroke above which the core halves a step
+STEP_TOLERANCE = 1e-4
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
 RAN, DIVERGED, NOT_POSITIVE = 0, 1, 2
 RUN_STATUS = {
@@ -34,64 +23,6 @@ RUN_STATUS = {
     DIVERGED: "state left the finite numbers",
     NOT_POSITIVE: "pressure or temperature left the positive numbers",
 }
-
-
-@inlined
-def chamber_rates(
-    u: float, x: float, v: float, P: float, T: float, chamber: Chamber, plant: Plant
-) -> tuple[float, float]:
-    """Full-order rates of one chamber: dP/dt, Pa/s, and dT/dt, K/s.
-
-    Signs of the limited command u, V, x, m, and v, m/s, are those of chamber A; for B negate all three.
-    """
-    gas, conditions = plant.gas, plant.conditions
-    V = volume(x, chamber, plant.cylinder)
-    dV_dt = chamber.area * v
-    m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, conditions)
-    area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
-    PT_ratio = P * T / (conditions.P_0 * conditions.T_0)
-    heat = wall_heat(T, wall_conductance(plant.k_0, area_ratio, PT_ratio, 1.0, 0.5), conditions.T_amb)  # (7)
-    g = gas.gamma
-    return (
-        dP_dt(P, T, V, dV_dt, m_in, m_out, conditions.T_in, heat, g, g, g, gas.R, g),
-        dT_dt(P, T, V, dV_dt, m_in, m_out, conditions.T_in, heat, gas.R, g),
-    )
-
-
-@inlined
-def full_order_rates(y: np.ndarray, _i: int, context: Any, dy: np.ndarray) -> None:
-    """Write the rates of the six states y into dy: eq (3), and eqs (4) and (5) for both chambers.
-
-    `context` is the tuple (reference, m or V; external force, N; drive; plant), the same at all stages.
-    """
-    reference, force, drive, plant = context
-    x, v, P_A, T_A, P_B, T_B = y[0], y[1], y[2], y[3], y[4], y[5]
-    u = limited(command(reference, x, drive), plant.valve.u_max)
-    dy[0], dy[1] = motion(x, v, acceleration(v, P_A, P_B, force, plant.cylinder), plant.cylinder)
-    dy[2], dy[3] = chamber_rates(u, x, v, P_A, T_A, chamber_of(plant.cylinder, Side.A), plant)
-    dy[4], dy[5] = chamber_rates(-u, -x, -v, P_B, T_B, chamber_of(plant.cylinder, Side.B), plant)
-
-
-_step = dormand_prince(full_order_rates)
-
-
-@inlined
-def copy_state(state: np.ndarray, copy: np.ndarray) -> None:
-    """Copy a state into `copy` number by number; ``copy[:] = state`` would take 2.5 s longer to compile."""
-    for s in range(len(copy)):
-        copy[s] = state[s]
-
-
-@inlined
-def full_order_step(y: np.ndarray, context: Any, h: float, Y: np.ndarray, K: np.ndarray) -> None:
-    """Advance the six states y by one step of h s, then apply the end stops to position and velocity.
-
-    The stage states go into Y, the state before the stops into its last row; Y and K are of shape (7, 6).
-    """
-    _step(y, context, h, Y, K, Y[STAGES])
-    v = y[1]
-    copy_state(Y[STAGES], y)
-    y[0], y[1] = stopped(y[0], y[1], v, context[3].cylinder)
 
 
 class Run(NamedTuple):

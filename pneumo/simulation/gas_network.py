@@ -4,7 +4,7 @@ A node is a volume of gas with one pressure and one temperature; a hose is a nod
 follows the full order, eqs (4) and (5), or one of the reduced models. Between nodes, and between a node and
 its surroundings of given pressure and temperature, gas flows through restrictions by eq (1) or ISO 6358.
 
-The study's own kernels, for two chambers behind one servo-valve, neither use this module nor are used by it.
+The study's replays, of two chambers behind one servo-valve, do not use this module.
 """
 
 from collections.abc import Sequence
@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 import pneumo.core as core
-from pneumo.physics.models import Lane, Model, lane, temperature
+from pneumo.physics.models import Lane, Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas
-from pneumo.simulation.runge_kutta import STAGES
+from pneumo.simulation.tableau import STAGES
 
 LAMINAR = 5e-3  # 1 - P_d / P_u below which a flow is proportional to it: no step follows the bare root
 # Rate times step, for the fastest node, up to which a step is stable; the method's own limit is 3.3.
@@ -29,8 +29,7 @@ HOTTEST = 400.0  # K, in the estimate of that rate
 class Node(NamedTuple):
     """A volume of gas, how its temperature is modelled, and the wall around it."""
 
-    lane: Lane  #: coefficients of eq (10) and of the wall's law; those of the full order where `full`
-    full: bool  #: whether the temperature is a state, by eq (5), or follows from the pressure, by eq (6)
+    lane: Lane  #: coefficients of a model, or of the full order
     P: float  #: first pressure, Pa
     T: float  #: first temperature, K, of the full order
     P_0: float  #: pressure at which eq (6) gives T_0 and at which k_0 is stated, Pa
@@ -62,14 +61,9 @@ class Replayed(NamedTuple):
     T_store: np.ndarray  # K
 
 
-def full_order_lane(gamma: float, e_A: float = 0.0, e_PT: float = 0.0) -> Lane:
-    """Coefficients of the full order, eq (4); wall conductance proportional to A_q^e_A (P T)^e_PT, eq (8)."""
-    return Lane(gamma, gamma, gamma, 0.0, 1.0, 1.0, 1.0, e_A, e_PT)
-
-
-def law(model: Model | None, n: float, gamma: float) -> tuple[Lane, bool]:
-    """Fields `lane` and `full` of a `Node` by a reduced model at n, or by the full order if model is None."""
-    return (full_order_lane(gamma), True) if model is None else (lane(model, n, gamma), False)
+def law(model: Model | None, n: float, gamma: float) -> Lane:
+    """Coefficients of a model at n; without one, those of the full order with a constant conductance."""
+    return full_order_lane(gamma, e_A=0.0, e_PT=0.0) if model is None else lane(model, n, gamma)
 
 
 def fastest_rate(
@@ -140,7 +134,7 @@ def replay(
         temperature is no longer positive.
     """
     parts = max(1, int(np.ceil(h * fastest_rate(nodes, links, surroundings, V, areas, gas))))
-    rows = np.array([(*node.lane._replace(full=float(node.full)), *node[2:]) for node in nodes], dtype=float)
+    rows = np.array([(*node.lane, *node[1:]) for node in nodes], dtype=float)
     count, samples = V.shape
     ends = count + len(surroundings)
     for link in links:
@@ -148,7 +142,7 @@ def replay(
             core.whole("end of a link", end, 0, ends - 1)
     states = np.full((samples, 3 * count), np.nan)
     core.lib.replay_network(
-        core.array("nodes", rows, (count, len(Lane._fields) + len(Node._fields) - 2)),
+        core.array("nodes", rows, (count, len(Lane._fields) + len(Node._fields) - 1)),
         count,
         core.array("links", np.array(links, dtype=float).reshape(len(links), 4), (None, 4)),
         len(links),
@@ -166,7 +160,7 @@ def replay(
     )
     P, T, T_store = states.T.reshape(3, *V.shape)
     eq_6 = [
-        T[s] if node.full else temperature(P[s], node.P_0, node.T_0, node.lane.a)
+        T[s] if node.lane.full else temperature(P[s], node.P_0, node.T_0, node.lane.a)
         for s, node in enumerate(nodes)
     ]
     return Replayed(P, np.array(eq_6), T_store)

@@ -1,5 +1,5 @@
 # pyright: basic
-"""Exponential, logarithm and subsonic flow as polynomials without branches, for the vectorised kernel."""
+"""Polynomials of the core: exponential and logarithm, written into maths.h, and a gas's subsonic flow."""
 
 from collections.abc import Callable
 from functools import cache
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
 from pneumo.physics.valve import Gas
-from pneumo.simulation.compiled import inlined
 
 
 def coefficients(function: Callable[[Any], Any], low: float, high: float, degree: int) -> tuple[float, ...]:
@@ -24,46 +23,8 @@ EXP_REACH = 0.6
 EXP = (1.0, *coefficients(Polynomial([1 / factorial(k + 1) for k in range(20)]), -EXP_REACH, EXP_REACH, 10))
 # ln(m) / z with z = (m - 1)/(m + 1), in powers of z^2, for m between sqrt(1/2) and sqrt(2)
 LOG = (2.0, *coefficients(Polynomial([2 / (2 * k + 3) for k in range(20)]), 0.0, (3 - sqrt(8)) ** 2, 6))
-LN_2 = log(2)
-# A double as an integer: exponent, with a bias of 1023, above 52 bits of mantissa. The mantissa of LARGE
-# counts ones: an integer put there makes a double that is larger by LARGE.
-MANTISSA, ONE, ROOT_HALF = 2**52 - 1, 1023 << 52, int(np.sqrt(0.5).view(np.int64))
-LARGE, LARGE_BITS = 2.0**52, np.uint64((1023 + 52) << 52)
-
 # Relative error granted to `flow_polynomial`; it has 2e-15 for any gamma from 1.05 to 5/3.
 FLOW_TOLERANCE = 1e-13
-
-
-@inlined
-def polynomial(c: tuple[float, ...], x: float) -> float:
-    """Value of a polynomial with an even number of coefficients, lowest power first.
-
-    Horner's rule is applied to even and odd powers separately, so that a processor can compute both at once.
-    """
-    x_2, even, odd = x * x, c[len(c) - 2], c[len(c) - 1]
-    for i in range(len(c) - 4, -1, -2):
-        even = even * x_2 + c[i]
-        odd = odd * x_2 + c[i + 1]
-    return even + odd * x
-
-
-@inlined
-def logarithm(x: float) -> float:
-    """Natural logarithm of a positive, finite x; for any other x a finite number outside -700 ... 700.
-
-    It splits x into m 2^exponent and applies the polynomial `LOG` to z = (m - 1)/(m + 1).
-    """
-    bits = np.float64(x).view(np.int64) + (ONE - ROOT_HALF)
-    exponent = np.int64((np.uint64(bits) >> np.uint64(52)) | LARGE_BITS).view(np.float64) - (LARGE + 1023.0)
-    m = np.int64((bits & MANTISSA) + ROOT_HALF).view(np.float64)
-    z = (m - 1) / (m + 1)
-    return exponent * LN_2 + z * polynomial(LOG, z * z)
-
-
-@inlined
-def exponential(t: float) -> float:
-    """exp(t) for |t| <= `EXP_REACH`, else NaN."""
-    return polynomial(EXP, t) if abs(t) <= EXP_REACH else np.nan
 
 
 @cache

@@ -8,11 +8,9 @@ import numpy as np
 import pneumo.core as core
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import Sampling
-from pneumo.physics.models import Lane
+from pneumo.physics.models import Lane, lane_array
 from pneumo.simulation.full_order import RAN, Recording, core_recording, core_sampling, failure
-from pneumo.simulation.polynomials import flow_polynomial
-from pneumo.simulation.reference import replay_lanes
-from pneumo.simulation.vectorised import followed, needs
+from pneumo.simulation.polynomials import EXP_REACH, FLOW_TOLERANCE, flow_polynomial
 
 OK, LEFT_RANGE, NO_RUN = 0, 1, 2
 STATUS = {OK: "ok", LEFT_RANGE: "pressure left the positive numbers", NO_RUN: "no full-order run"}
@@ -81,7 +79,7 @@ def replay_in_parts(
         failure_step=np.full(shape, -1),
         pressure=np.empty((*shape, 0)),
     )
-    able = followed(lanes, recording.plant) & (lanes[:, Lane._fields.index("full")] == 0)
+    able = followed(lanes, recording.plant)
     fast = np.flatnonzero(able)[np.argsort(needs(lanes[able]), kind="stable")]
     for first in range(0, len(fast), ROW):
         block = fast[first : first + ROW]
@@ -101,6 +99,14 @@ def replay_in_parts(
         for values, values_of_rest in zip(result[:-1], one_by_one[:-1], strict=True):
             values[rest] = values_of_rest
     return result
+
+
+def full_order_mse(recording: Recording, lanes: list[Lane], sampling: Sampling) -> np.ndarray:
+    """Mean square pressure error of full orders with other parameters, Pa^2, shape (lane, chamber).
+
+    `lanes` are from `pneumo.physics.models.full_order_lane`. NaN where a replay or the run itself failed.
+    """
+    return replay_in_parts(recording, lane_array(lanes), sampling, lambda *_: None).mse
 
 
 def first_states(recording: Recording, lanes: np.ndarray) -> np.ndarray:
@@ -129,17 +135,6 @@ def replay_one_by_one(
     return Replayed(mean_error, mse - mean_error**2, mse, status, failed_at, pressure)
 
 
-def replay_by_reference(
-    recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1
-) -> Replayed:
-    """Replay all lanes with the readable kernel; parameters are those of `replay`."""
-    moments, failed_at, pressure = replay_lanes(recording, lanes, sampling, stride)
-    samples = len(recording.states)  # the error at t = 0 is zero by construction and counts
-    mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
-    status = np.where(failed_at >= 0, LEFT_RANGE, OK).astype(np.int8)
-    return Replayed(mean_error, mse - mean_error**2, mse, status, failed_at, pressure)
-
-
 def _lane_rows(lanes: np.ndarray) -> Any:
     return core.rows("lanes", lanes, "Lane", len(Lane._fields))
 
@@ -149,6 +144,32 @@ def _no_replay(shape: tuple[int, int], step: int) -> Replayed:
     nothing = np.full(shape, np.nan)
     status, failed = np.full(shape, NO_RUN, dtype=np.int8), np.full(shape, step)
     return Replayed(nothing, nothing, nothing, status, failed, np.empty((*shape, 0)))
+
+
+def needs(lanes: np.ndarray) -> np.ndarray:
+    """Terms of the pressure rate that each lane needs, as a number from 0 to 3.
+
+    0: no temperature and no wall heat; 1: temperature by eq (6); 2: that temperature and wall heat; 3: as 2,
+    with a wall conductance that depends on the square root of P T.
+    """
+    lane = Lane(*np.asarray(lanes, dtype=float).T)
+    wall = np.where(lane.e_PT != 0, 3, 2)
+    return np.where(lane.wall_scale != 0, wall, np.where(lane.a != 0, 1, 0))
+
+
+def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
+    """Whether each lane can be replayed side by side with others, shape (lane,).
+
+    It can where it is a reduced model whose wall heat follows one of `pneumo.physics.models.WALL_LAWS`, the
+    exponent a of eq (6) is 0 or above 0.002 in magnitude, and the valve has neither leak nor laminar flow.
+    """
+    _, error = flow_polynomial(plant.gas)
+    if error > FLOW_TOLERANCE or plant.valve.laminar or plant.valve.leak:
+        return np.zeros(len(lanes), dtype=bool)
+    _, _, _, a, _, _, wall_scale, e_A, e_PT, full = np.asarray(lanes, dtype=float).T
+    law = (e_PT == 0) & ((e_A == 0) | (e_A == 1)) | (e_PT == 0.5) & (e_A == 1)
+    # |ln p| > 700, which is P <= 0, has to be outside the reach of the exponential.
+    return (full == 0) & ((wall_scale == 0) | law) & ((a == 0) | (np.abs(a) / 2 * 700 > EXP_REACH))
 
 
 class LanesSideBySide(NamedTuple):

@@ -70,5 +70,7 @@ DORMAND_PRINCE = explicit(
     order=5,
 )
 
+STAGES = len(DORMAND_PRINCE.b)
+
 # Fifth-order minus fourth-order weights; a seventh stage is at the end of the step.
 EMBEDDED_DIFFERENCE = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])

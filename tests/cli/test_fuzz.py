@@ -26,8 +26,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import pneumo.evidence.sensitivity.refinement_variants
-
-# Kernels make numba's cache folder when they are first imported, before anything is watched.
 import pneumo.fit.estimate
 import pneumo.papers.paper_2006.paper  # noqa: F401
 from pneumo.cli import commands as cli

@@ -13,23 +13,19 @@ from paper_study import STUDY, lasting
 import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Plant
 from pneumo.configuration.sampling import INTERPOLATED, Sampling
-from pneumo.physics.cylinder import Cylinder, chamber_of, sign_of
+from pneumo.physics.cylinder import Cylinder, acceleration, chamber_of, sign_of
 from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_array
 from pneumo.physics.valve import Conditions, Gas, Valve
-from pneumo.simulation import kalman_filter, polynomials
+from pneumo.simulation import polynomials
 from pneumo.simulation.fitted_pressures import pressures_of_sets
-from pneumo.simulation.full_order import (
+from pneumo.simulation.full_order import STEP_TOLERANCE, equilibrium, record, run, stage_signals
+from pneumo.simulation.kalman_filter import FilterModel, Noise, estimated
+from pneumo.simulation.reference import (
     chamber_rates,
-    equilibrium,
+    dormand_prince,
     full_order_rates,
     full_order_step,
-    record,
-    run,
-    stage_signals,
 )
-from pneumo.simulation.full_order_replay import FullRow
-from pneumo.simulation.kalman_filter import FilterModel, Noise, estimated
-from pneumo.simulation.reference import lane_rate
 from pneumo.simulation.replay import replay_one_by_one
 from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
 from pneumo.testing import plants
@@ -97,10 +93,7 @@ def test_rates_are_those_of_the_readable_equations(plant, model, u, at, v, P, T,
     x, sign, chamber = at * plant.cylinder.stroke / 2, sign_of(side), chamber_of(plant.cylinder, side)
     row = full_order_lane(plant.gas.gamma) if model is None else lane(model, 1.2, plant.gas.gamma)
     arguments = sign * u, sign * x, sign * v, P
-    if model is None:
-        wanted = chamber_rates(*arguments, T, chamber, plant)
-    else:
-        wanted = lane_rate(*arguments, chamber, plant, row), 0.0
+    wanted = chamber_rates(*arguments, T, chamber, plant, row)
     rates = np.empty(2)
     structs = core.struct("Plant", plant), core.struct("Lane", row)
     core.lib.chamber_rate(u, x, v, P, T, side, *structs, core.out(rates))
@@ -188,9 +181,9 @@ def test_a_run_is_that_of_the_readable_step(plant, force, coulomb, u):
     plant = plant._replace(cylinder=plant.cylinder._replace(coulomb=coulomb))
     drive, h = Drive(closed_loop=False, k_p=0.0, x_reverse=np.inf, each_stage=False), 1e-4
     done = run(equilibrium(plant), np.full(4, u), force, drive, plant, h).states
-    y, work = equilibrium(plant), (np.empty((7, 6)), np.empty((7, 6)))
+    y = equilibrium(plant)
     for k in range(3):
-        full_order_step(y, (u, force, drive, plant), h, *work)
+        y = full_order_step(y, u, drive, plant, h, force)
         scale = np.array([plant.cylinder.stroke, 1.0, *y[2:]])
         if not np.isfinite(y).all() or not (y[2:] > 0).all():
             break
@@ -211,13 +204,14 @@ def test_a_run_halves_the_steps_whose_error_is_too_large_on_its_own_scale_and_no
     scale = np.array([r.plant.cylinder.stroke, np.inf, c.P_0, c.T_0, c.P_0, c.T_0])
     largest = np.empty(len(r.halvings))
     for k, state in enumerate(r.states[:-1]):
-        y, Y, K, last = state.copy(), np.empty((7, 6)), np.empty((7, 6)), np.empty(6)
-        context = (r.reference[k], 0.0, r.drive, r.plant)
-        full_order_step(y, context, r.h, Y, K)
-        full_order_rates(Y[6], 0, context, last)
-        K[6] = last
+
+        def rates(y, _, k=k):
+            return full_order_rates(y, r.reference[k], r.drive, r.plant)
+
+        end, stages = dormand_prince(rates, state, r.h)
+        K = np.array([rates(y, 0) for y in [*stages, end]])
         error = abs(r.h * EMBEDDED_DIFFERENCE @ K) / scale
-        largest[k] = error.max() if np.isfinite(error).all() and (Y[6, 2:] > 0).all() else np.inf
+        largest[k] = error.max() if np.isfinite(error).all() and (end[2:] > 0).all() else np.inf
     clear, halved = abs(largest / 1e-4 - 1) > 1e-6, r.halvings > 0
     assert np.array_equal(halved[clear], (largest > 1e-4)[clear]) and halved.any() and not halved.all()
 
@@ -249,18 +243,75 @@ def test_a_full_order_is_halved_for_its_temperature_too():
     assert for_temperature
 
 
-@pytest.mark.parametrize("full", [False, True])
-def test_the_filter_is_that_of_the_readable_equations(full):
+def filtered(x, P, u, model, plant, noise, h):
+    """Estimates and variances of every sample by the filter written with matrices; k_0 is a state."""
+    c, cylinder, full = plant.conditions, plant.cylinder, model.lane.full
+    steps = np.array([1e-4 * cylinder.stroke, 1e-2, *[1e-3 * c.P_0] * 2, *[0.1] * 2, 1e-3])
+    size = np.array([np.inf, np.inf, c.P_0, c.P_0, c.T_0, c.T_0, np.inf])
+    used = np.array([1, 1, 1, 1, full, full, 1], bool)
+    measured = [(0, x, noise.x_variance), *((2 + i, P[:, i], noise.pressure_variance) for i in range(2))]
+    T_noise = noise.pressure * c.T_0 / c.P_0
+    Q = h * np.diag([0, noise.force / cylinder.M, *[noise.pressure] * 2, *[T_noise] * 2, 0.01]) ** 2
+    low = np.array([-np.inf, -np.inf, *[c.P_atm / 2] * 2, *[c.T_0 / 2] * 2, -math.log(10)])
+    high = np.array([np.inf, np.inf, *[2 * c.P_s] * 2, *[2 * c.T_0] * 2, math.log(10)])
+    y = np.array([x[0], 0.0, *P[0], c.T_0, c.T_0, 0.0])
+    S = np.diag([noise.x_variance, 1e-6, *[2e4**2] * 2, *[25.0] * 2, math.log(2.7) ** 2])
+    S[~used] = S[:, ~used] = Q[~used] = Q[:, ~used] = 0
+    estimates, variances = np.empty((len(x), 7)), np.empty((len(x), 7))
+
+    def rates(y, k):
+        lane = model.lane._replace(wall_scale=model.lane.wall_scale * math.exp(y[6]))
+        moved, sides = acceleration(y[1], y[2], y[3], 0.0, cylinder), []
+        for side in range(2):
+            sign, chamber = sign_of(side), chamber_of(cylinder, side)
+            sides.append(
+                chamber_rates(
+                    *(sign * u[k], sign * y[0], sign * y[1]), y[2 + side], y[4 + side], chamber, plant, lane
+                )
+            )
+        (P_A, T_A), (P_B, T_B) = sides
+        return np.array([y[1], moved, P_A, P_B, T_A, T_B, 0.0])
+
+    for k in range(len(x)):
+        for s, readings, variance in measured:
+            if np.isfinite(readings[k]):
+                gain = S[:, s] / (S[s, s] + variance)
+                y = y + gain * (readings[k] - y[s])
+                S = S - np.outer(gain, S[s])
+        y = np.clip(y, low, high)
+        estimates[k], variances[k] = y, np.diag(S)
+        dy = rates(y, k)
+        A, backward = (
+            np.array([(rates(y + step, k) - dy) / step.sum() for step in np.diag(towards * steps)]).T
+            for towards in (np.ones(7), [-1, -1, *[1] * 5])
+        )
+        A[[3, 5]] = backward[[3, 5]]  # both chambers' steps enlarge them
+        for s in range(2, 6):  # where the slope of eq (1) is infinite
+            for of in {s, 2 + s % 2} if used[s] else ():
+                most = size[s] / size[of] / h
+                A[s, of] = np.clip(A[s, of], -most, most)
+        A[~used] = A[:, ~used] = 0
+        F = np.eye(7) + h * A + h**2 / 2 * A @ A
+        S = F @ S @ F.T + Q
+        y = np.clip(y + h * rates(y + h / 2 * dy, k), low, high)
+    return estimates, variances
+
+
+@pytest.mark.parametrize("row", [lane(MODELS["M8"], 1.2, 1.4), full_order_lane(1.4, 0.5)], ids=["M8", "full"])
+def test_the_filter_is_that_of_the_readable_equations(row):
     e = lasting("E06", 0.05)
     r, noise, samples = record(e), Noise(1.0, 1e4, 1e-8, 1e6), 50
-    model = FilterModel(full, True, lane(MODELS["M8"], 1.2, 1.4), FullRow(wall_scale=0.5))
     x, P, u = r.states[:samples, 0], r.states[:samples, [2, 4]].copy(), np.clip(r.u[:samples], -10, 10)
     P[10:] = np.nan
+    model = FilterModel(True, row)
     estimates, variances = estimated(x, P, u, P[0], model, e.plant, noise, e.h)
-    (y, S), W = kalman_filter.first_estimate(x[0], P[0], e.plant, noise), np.empty((4, 7, 7))
-    for k in range(samples):
-        kalman_filter.correct_all(y, S, x[k], P[k], e.plant, model, noise)
-        # Derivatives are differences over 1e-3 of P_0 or 1e-4 of the stroke: they lose up to four digits.
-        np.testing.assert_allclose(estimates[k], y, rtol=1e-9, atol=1e-12)
-        np.testing.assert_allclose(variances[k], np.diag(S), rtol=1e-7)
-        kalman_filter.predict(y, S, u[k], e.plant, model, noise, e.h, W)
+    plain, plain_variances = filtered(x, P, u, model, e.plant, noise, e.h)
+    # Derivatives are differences over 1e-3 of P_0 or 1e-4 of the stroke: they lose up to four digits.
+    np.testing.assert_allclose(estimates, plain, rtol=1e-8, atol=1e-11)
+    used = plain_variances[0] > 0
+    np.testing.assert_allclose(variances[:, used], plain_variances[:, used], rtol=1e-6)
+
+
+def test_the_tolerance_of_a_step_is_the_headers():
+    rates = Path(core.__file__).with_name("rates.h").read_text(encoding="utf-8")
+    assert float(re.findall(r"STEP_TOLERANCE (\S+)", rates)[0]) == STEP_TOLERANCE

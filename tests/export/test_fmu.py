@@ -20,7 +20,7 @@ from pneumo.export.fmu import UNITS
 from pneumo.linear.linear_model import all_derivatives
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve_dynamics import ValveDynamics
-from pneumo.simulation.replay import replay_by_reference
+from pneumo.simulation.replay import replay_one_by_one
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
 validation, fmi2, _ = (pytest.importorskip(f"fmpy.{name}") for name in ("validation", "fmi2", "fmi3"))
@@ -118,7 +118,7 @@ def run(plant):
 
 def replayed(run, plant, model, sampling):
     measured = recorded(plant, H, u=run.u, x=run.x, v=run.v).recording._replace(most_halvings=0)
-    return replay_by_reference(
+    return replay_one_by_one(
         measured, lane_array([lane(MODELS[model], N, plant.gas.gamma)]), sampling
     ).pressure[0]
 

@@ -21,7 +21,8 @@ from pneumo.export import live
 from pneumo.export.c_source import compiled
 from pneumo.export.live import live_page, sources
 from pneumo.export.printing import printed
-from pneumo.simulation.full_order_replay import FullRow, full_order_mse
+from pneumo.physics.models import full_order_lane
+from pneumo.simulation.replay import full_order_mse
 
 SOURCES = Path(__file__).parents[2] / "docs/live"
 CLANG = pytest.mark.skipif(
@@ -189,7 +190,9 @@ def test_a_dropped_record_is_replayed_as_in_python(velocity, page, plant, record
     states = run.recording.states.copy()
     states[:, [3, 5]] = plant.conditions.T_0
     states[0, [2, 4]] = plant.conditions.P_0
-    full = full_order_mse(run.recording._replace(states=states), [FullRow()], INTERPOLATED)[0]
+    full = full_order_mse(
+        run.recording._replace(states=states), [full_order_lane(run.recording.plant.gas.gamma)], INTERPOLATED
+    )[0]
     squares = np.sum((pressures[-1] - [record["P_A"], record["P_B"]])[:, 1:] ** 2, axis=1) / SAMPLES
     np.testing.assert_allclose(squares, full, rtol=1e-7)
 

@@ -16,12 +16,10 @@ from pneumo.equations.system import METHODS, rates, step, system
 from pneumo.export import exported
 from pneumo.linear.linear_analysis import stability_function, stable_steps
 from pneumo.linear.linear_model import state_matrix
-from pneumo.physics.models import lane, lane_array
+from pneumo.physics.models import full_order_lane, lane, lane_array
 from pneumo.physics.valve_dynamics import ValveDynamics
-from pneumo.simulation.chamber_replay import replay_chambers
-from pneumo.simulation.full_order import full_order_rates, full_order_step
-from pneumo.simulation.replay import replay_by_reference
-from pneumo.simulation.runge_kutta import STAGES
+from pneumo.simulation.reference import full_order_rates, full_order_step
+from pneumo.simulation.replay import replay_one_by_one
 
 N, H = 1.35, 1e-3
 BRIEF = [MODELS["M1"], MODELS["M8"], OWN, "full"]
@@ -54,13 +52,11 @@ def some_states(plant, count, seed=7):
 @pytest.mark.parametrize("form", [lambda plant: plant, rough])
 def test_equations_in_their_order_are_the_study_s_right_hand_side_to_the_bit(form, plant):
     formed = form(plant)
-    chosen, expected = system("full", None, formed, piston=True), np.empty(6)
+    chosen, drive = system("full", None, formed, piston=True), Drive(False, 0.0, np.inf)
     for *state, u, force in some_states(formed, 300):
-        full_order_rates(np.array(state), 0, (u, force, Drive(False, 0.0, np.inf), formed), expected)
+        expected = full_order_rates(np.array(state), u, drive, formed, force)
         assert rates(chosen, state, [u, force]) == expected.tolist()
-        work = np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
-        after = np.array(state)
-        full_order_step(after, (u, force, Drive(False, 0.0, np.inf), formed), 1e-4, *work)
+        after = full_order_step(np.array(state), u, drive, formed, 1e-4, force)
         stepped = step(chosen, METHODS["DORMAND_PRINCE"], state, [u, force], [u, force], 1e-4)
         np.testing.assert_allclose(stepped, after, rtol=1e-14, atol=1e-16)  # sums may be compensated
 
@@ -85,13 +81,12 @@ def run(lopsided):
 def test_steps_of_the_chambers_are_those_of_a_replay(model, run, lopsided, tmp_path):
     plant = lopsided
     measured = recorded(plant, H, u=run.u, x=run.x, v=run.v, P_A=run.P_A, P_B=run.P_B).recording
-    if model == "full":
-        states = run.recording.states
-        expected = replay_chambers(measured._replace(states=states, u=run.u), INTERPOLATED)
-    else:
-        measured = measured._replace(most_halvings=0)  # in steps of 1 ms, as C has them
-        lanes = lane_array([lane(model, N, plant.gas.gamma)])
-        expected = replay_by_reference(measured, lanes, INTERPOLATED).pressure[0]
+    gamma = plant.gas.gamma
+    measured = measured._replace(
+        states=run.recording.states, most_halvings=0
+    )  # in steps of 1 ms, as C has them
+    lanes = lane_array([full_order_lane(gamma) if model == "full" else lane(model, N, gamma)])
+    expected = replay_one_by_one(measured, lanes, INTERPOLATED).pressure[0]
     compiled = CompiledModel(model, N, plant, tmp_path)
     P_0, T_0 = plant.conditions.P_0, plant.conditions.T_0
     state = [P_0, T_0, P_0, T_0] if model == "full" else [P_0, P_0]

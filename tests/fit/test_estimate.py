@@ -33,7 +33,6 @@ from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.selection.runs import OPEN_LOOP
 from pneumo.simulation.fitted_pressures import pressures_of_sets
 from pneumo.simulation.full_order import run
-from pneumo.simulation.given_inputs import pressures_on_inputs
 
 MOVED = [0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01]  # beside the guess
 
@@ -292,15 +291,6 @@ def test_estimates_of_a_few_cases_hold_the_truth():
         # Nothing can be nearer than the noise; the right model is not much farther.
         assert 0.95 < found.held_out.mean() / (known.noise * 1e6) < 1.3
     assert any(inside)  # both miss once in 400
-
-
-def test_replays_begin_at_the_given_pressures(plant):
-    rows = lane_array([lane(MODELS["M10"], 1.3, 1.4), lane(MODELS["M1"], 1.0, 1.4)])
-    start = np.array([[4e5, 5e5], [3e5, 6e5]])
-    found = pressures_on_inputs(np.zeros((5, 6, 3)), rows, plant, 1e-3, 1, start)
-    np.testing.assert_array_equal(found[:, :, 0], start)
-    # A closed valve and constant temperature leave M1 where it is.
-    np.testing.assert_allclose(found[1], np.repeat(start[1][:, None], 6, axis=1), rtol=1e-12)
 
 
 @pytest.mark.parametrize("side", ["A", "B"])

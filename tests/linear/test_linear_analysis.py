@@ -14,7 +14,8 @@ from pneumo.equations.system import METHODS, step, system
 from pneumo.errors import InputError
 from pneumo.linear.linear_analysis import natural_modes
 from pneumo.physics.cylinder import acceleration
-from pneumo.simulation.full_order import full_order_rates, run
+from pneumo.simulation.full_order import run
+from pneumo.simulation.reference import full_order_rates
 
 N = 1.3
 HELD = Drive(False, 0.0, np.inf)
@@ -28,9 +29,7 @@ def study_rates(model, plant):
     """Rates by the study's own functions, of all states and inputs in one array."""
 
     def full(y):
-        rates = np.empty(6)
-        full_order_rates(y[:6], 0, (y[6], y[7], HELD, plant), rates)
-        return rates
+        return full_order_rates(y[:6], y[6], HELD, plant, y[7])
 
     def reduced(y):
         x, v, P_A, P_B, u, force = y.tolist()

@@ -9,12 +9,11 @@ from workflow_scripts import script
 from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.study_json import to_json
-from pneumo.physics.models import MODELS, Lane, lane, lane_array
+from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_array
 from pneumo.selection import cylinder_ranking
 from pneumo.selection.cylinder_ranking import K_0_ENDS, mse_at_other_k_0, one_run, run_study, seeds_of
 from pneumo.simulation.full_order import DIVERGED, record
-from pneumo.simulation.full_order_replay import FullRow, full_order_mse
-from pneumo.simulation.replay import NO_RUN, replay
+from pneumo.simulation.replay import NO_RUN, full_order_mse, replay
 from pneumo.storage.files import write_json
 
 pytestmark = pytest.mark.xdist_group("repeated runs")  # its fixtures take seconds
@@ -96,7 +95,7 @@ def test_a_wrong_k_0_is_the_cylinders():
     # The full order with a quarter of the run's k_0: both runs start alike, so its signals are the run's.
     assert full.shape == (2,) and (full > 0).all()
     np.testing.assert_allclose(
-        full, full_order_mse(recording, [FullRow(wall_scale=0.25)], EXACT_SAMPLING)[0], rtol=1e-12
+        full, full_order_mse(recording, [full_order_lane(1.4, 0.25)], EXACT_SAMPLING)[0], rtol=1e-12
     )
     assert (mse_at_other_k_0(e, n, 1.0)[2] < 1e-9 * full).all()  # told the truth it is the run
     walled = np.isin(list(MODELS), WITH_WALL)
@@ -119,7 +118,7 @@ def test_models_that_take_the_configured_plant_where_valve_or_dead_volumes_are_o
     lanes = lane_array([row._replace(flow_scale=row.flow_scale / 1.05) for row in lanes])
     cells = replay(recording, lanes, EXACT_SAMPLING, e.steps)
     np.testing.assert_allclose(reduced, cells.mse.reshape(reduced.shape), rtol=1e-2)
-    told = full_order_mse(recording, [FullRow(flow_scale=1 / 1.05)], EXACT_SAMPLING)[0]
+    told = full_order_mse(recording, [full_order_lane(1.4)._replace(flow_scale=1 / 1.05)], EXACT_SAMPLING)[0]
     np.testing.assert_allclose(full, told, rtol=1e-2)
     cells = one_run(e, n, traced=False, known=known)
     assert tuple(cells["off_plant"].values) == cylinder_ranking.OFF_PLANTS

@@ -10,8 +10,7 @@ from pneumo.physics.cylinder import Chamber, Side, chamber_of
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import exact_gas
 from pneumo.simulation.fitted_pressures import KUTTA, pressures_of_sets, pressures_on_flows
-from pneumo.simulation.full_order import chamber_rates
-from pneumo.simulation.reference import lane_rate
+from pneumo.simulation.reference import chamber_rates, lane_rate
 
 LENGTH = 0.3  # s
 V_D = np.array([[8e-6, 12e-6], [10e-6, 10e-6], [3e-5, 2e-6]])  # m^3, by set and chamber

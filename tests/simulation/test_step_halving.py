@@ -7,14 +7,12 @@ from scipy.integrate import RK45
 
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
-from pneumo.simulation import reference
 from pneumo.simulation import replay as replay_module
 from pneumo.simulation.full_order import RAN, failure, record, run, stage_signals
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.replay import OK, replay, replay_by_reference, replay_in_parts
-from pneumo.simulation.runge_kutta import STAGES, C
-from pneumo.simulation.signals import EXACT, stage_inputs, study_sampling
-from pneumo.simulation.tableau import EMBEDDED_DIFFERENCE
+from pneumo.simulation.replay import OK, replay, replay_in_parts, replay_one_by_one
+from pneumo.simulation.signals import EXACT, study_sampling
+from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
 from pneumo.storage.layout import datum_dataset, recording_from
 
 LANES, _ = grid_lanes((1.0, 1.2, 1.4), 1.4)
@@ -66,7 +64,7 @@ def test_a_run_that_fails_survives_by_halving_near_a_finer_one_with_scipys_estim
 @pytest.mark.parametrize("name", ["E06", "E12"])
 def test_both_kernels_halve_alike(name, sampling):
     r = record(coarse(name, 10))
-    ours, theirs = replay(r, LANES, sampling), replay_by_reference(r, LANES, sampling)
+    ours, theirs = replay(r, LANES, sampling), replay_one_by_one(r, LANES, sampling)
     assert (theirs.status == OK).all() and np.array_equal(ours.status, theirs.status)
     # The same steps on the same inputs, added in another order: 1e-13 a step where nothing amplifies it.
     np.testing.assert_allclose(ours.pressure, theirs.pressure, rtol=1e-8)
@@ -95,12 +93,10 @@ def test_lanes_do_not_depend_on_their_neighbours_and_exact_ones_follow_the_runs_
     ],
 )
 def test_parts_of_a_step_read_by_the_same_rule(sampling, read):
-    r, inputs = record(lasting("E06", 0.2)), np.empty((STAGES + 1, 3))
-    work = np.empty(6), np.empty((STAGES + 1, 6)), np.empty((STAGES + 1, 6))
+    r = record(lasting("E06", 0.2))
     for k in (0, 57, 199):
-        for part in range(4):
-            stage_inputs(r, sampling, k, part, 4, *work, inputs)
-            at = (part + np.append(C, 1.0)) / 4
+        for part, inputs in enumerate(stage_signals(r, sampling, k, 2)):
+            at = (part + np.append(DORMAND_PRINCE.c, 1.0)) / 4
             np.testing.assert_allclose(inputs[:, 1], read(r.states[:, 0], k, at), rtol=1e-12)
             u = np.clip(read(r.u, k, at), -10, 10)
             np.testing.assert_allclose(inputs[:, 0], u, rtol=1e-9, atol=1e-12)
@@ -115,7 +111,7 @@ def test_exact_signals_end_where_the_next_recorded_step_begins(halvings):
     np.testing.assert_allclose(ends[:, 1:], r.states[1:, :2], rtol=0, atol=2e-6 * halvings)
 
 
-@pytest.mark.parametrize("replayed", [replay, replay_by_reference])
+@pytest.mark.parametrize("replayed", [replay, replay_one_by_one])
 def test_a_step_whose_end_reads_the_next_sample_is_halved_only_where_it_fails(replayed):
     # Halves would read the next sample for a shorter time: other signals, not the same ones more closely.
     r = record(coarse("E02", 2))
@@ -137,32 +133,6 @@ def test_halvings_are_stored():
     # The paper's runs keep their step.
     assert {e.most_halvings for e in STUDY.experiments.values()} == {0}
     assert {e.most_halvings for e in STUDY.with_halvings().experiments.values()} == {MOST_HALVINGS}
-
-
-FAILED = [(0.0, 0.0), (-0.5, 0.0), (np.nan, 0.0), (1.0, np.nan), (1.0, np.inf), (1.0, -np.inf)]
-
-
-@pytest.mark.parametrize(("value", "error"), [*FAILED, (0.5, -7.0), (1e5, 7.0)])
-def test_a_lanes_step_fails_where_its_pressure_is_not_positive_or_its_error_no_number(
-    value, error, monkeypatch
-):
-    monkeypatch.setattr(reference, "_step", lambda _y, _c, _h, _Y, _K, y_next: y_next.fill(value))
-    monkeypatch.setattr(reference, "_estimate", lambda _y, _c, _h, _K, into: into.fill(error))
-    plant, P = STUDY.experiments["E14"].plant, np.ones(1)
-    failed, context = (value, error) in FAILED, (None, 1.0, None, plant, None)
-    expected = np.inf if failed else 7.0 / plant.conditions.P_0
-    assert reference.lane_step(P, context, 1e-3, True, P, P, np.empty(1)) == expected
-    assert np.isnan(P[0]) if not value > 0 else P[0] == value
-    if value > 0:  # nobody asks for the error
-        assert reference.lane_step(P, context, 1e-3, False, P, P, np.empty(1)) == 0
-
-
-def test_a_lane_goes_on_at_a_pressure_near_zero(monkeypatch):
-    monkeypatch.setattr(reference, "stage_inputs", lambda *_: None)
-    monkeypatch.setattr(reference, "lane_step", lambda P, *_: P.fill(0.5) or 0.0)
-    plain = getattr(reference.replay_lanes, "py_func", reference.replay_lanes)
-    _, failed_at, pressure = plain(record(lasting("E06", 0.003)), LANES[:2], INTERPOLATED, 1)
-    assert (failed_at == -1).all() and (pressure[:, :, 1:] == 0.5).all()
 
 
 @pytest.mark.parametrize("sampling", [INTERPOLATED, EXACT_SAMPLING])

@@ -12,8 +12,7 @@ import pytest
 import xarray as xr
 
 from pneumo.storage.files import read, write, write_text
-from tests.torture.compare import compared_files, differences, relative_change
-from tests.torture.determinism import largest_change
+from tests.torture.compare import compared_files, differences
 from tests.torture.faults import FAULTS, Bench
 from tests.torture.study import stop
 
@@ -77,23 +76,11 @@ def test_other_text_is_found(two_studies, name, old, new, line):
 
 
 @pytest.mark.parametrize(
-    ("name", "place", "value", "by"),
-    [("mse", (1, 1), 2.0 + 4e-9, 1e-9), ("status", 0, 1, np.inf), ("mse", (0, 0), np.nan, np.inf)],
+    ("name", "place", "value"), [("mse", (1, 1), 2.0 + 4e-9), ("status", 0, 1), ("mse", (0, 0), np.nan)]
 )
-def test_another_number_is_found_with_its_share_of_the_largest(two_studies, name, place, value, by):
+def test_another_number_is_found(two_studies, name, place, value):
     file = two_studies[1] / "cells.nc"
     dataset = read(file)
     dataset[name][place] = value
     write(dataset, file, {})
-    assert largest_change(two_studies[0] / "cells.nc", file) == (pytest.approx(by), name)
     assert [line for line in differences(*two_studies) if line.startswith(f"cells.nc: {name}: differs")]
-
-
-def test_the_last_place_of_stored_pressures_may_differ_between_processors():
-    values = np.array([1.0, 3.0], np.float32)
-    assert (
-        0
-        < relative_change(values, np.nextafter(values, np.inf, dtype=np.float32))
-        <= np.finfo(np.float32).eps
-    )
-    assert relative_change(np.array([0.0]), np.array([-0.0])) > 0  # bit for bit

@@ -11,7 +11,7 @@ from pneumo.storage.layout import recording_from
 
 def main(parameters: Path, datum: list[Path], cells: list[Path], threads: int, code: str) -> None:
     study = read_study(parameters)
-    # Longest first, so that the threads end together. The kernels hold no lock while they run.
+    # Longest first, so that the threads end together. The core holds no lock while they run.
     longest_first = sorted(datum, key=lambda file: -study.experiments[file.stem].steps)
 
     def replay_file(file: Path) -> None:

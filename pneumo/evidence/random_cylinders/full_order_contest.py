@@ -9,10 +9,9 @@ from pneumo.configuration.experiment import Experiment, Plant
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.evidence.random_cylinders.cylinder_runs import GRID_N, LOOPS, random_experiments
 from pneumo.evidence.random_cylinders.dimensionless_groups import known_groups
-from pneumo.physics.models import MODELS, WALL_LAWS, Lane, lane, lane_array
+from pneumo.physics.models import MODELS, WALL_LAWS, Lane, full_order_lane, lane, lane_array
 from pneumo.simulation.full_order import RAN, Recording, failure, record
-from pneumo.simulation.full_order_replay import FullRow, full_order_mse
-from pneumo.simulation.replay import OK, replay
+from pneumo.simulation.replay import OK, full_order_mse, replay
 from pneumo.statistics.model_pairs import REFINED_MODELS
 from pneumo.storage.layout import described, run_outcome
 
@@ -59,10 +58,10 @@ class Told(NamedTuple):
         row = lane(MODELS[model], n, gamma)
         return row._replace(wall_scale=self.k_0 * row.wall_scale, flow_scale=self.valve)
 
-    def full_row(self, law: str) -> FullRow:
+    def full_order(self, law: str, gamma: float) -> Lane:
         """The full order with a wall law of `LAWS`, and the assumed k_0 and valve coefficient."""
         scale, e_A, e_PT = WALL_LAWS[LAWS[law]]
-        return FullRow(self.k_0 * scale, self.valve, e_A, e_PT)
+        return full_order_lane(gamma, self.k_0 * scale, e_A, e_PT)._replace(flow_scale=self.valve)
 
 
 TOLD = [Told(k, v) for k in K_0_TOLD for v in VALVE_TOLD if v == 1 or k in K_0_TOLD_WITH_WRONG_VALVE]
@@ -123,8 +122,8 @@ def contest_run(experiment: Experiment, seed: int, grid: tuple[float, ...] = GRI
     for place, values in zip(places, simulated.reshape(len(TOLD), len(carried)), strict=True):
         mse_simulated[place] = values
 
-    rows = [told.full_row(law) for law in LAWS for told in TOLD]
-    of_rows = full_order_mse(recording, [*rows, FullRow(wall_scale=0.0)], EXACT_SAMPLING).mean(axis=1)
+    rows = [told.full_order(law, gamma) for law in LAWS for told in TOLD]
+    of_rows = full_order_mse(recording, [*rows, full_order_lane(gamma, 0.0)], EXACT_SAMPLING).mean(axis=1)
     for i, values in enumerate(of_rows[:-1].reshape(len(LAWS), len(TOLD))):
         for place, value in zip(places, values, strict=True):
             full[i, *place] = value

@@ -63,7 +63,7 @@ def rig_c(rig: Rig, model: str, values: Mapping[str, float], runs: Sequence[Run]
     names, b_of_gas = node_names(rig), rig.gas.critical_ratio
     for s, (name, node) in enumerate(zip(names, nodes, strict=True)):
         law, k_0 = node.lane, node.lane.wall_scale * node.k_0
-        indices = law.n_V, law.n_in, law.n_out, law.a, law.mixing, law.e_A, law.e_PT, int(node.full)
+        indices = law.n_V, law.n_in, law.n_out, law.a, law.mixing, law.e_A, law.e_PT, int(law.full)
         wall = node.P_0, node.T_0, node.T_wall, k_0, node.k_store, node.c_store, node.k_back
         rows.append((name, _braced([*indices, *wall, V[s], dV_dx[s], ratio[s], dratio_dx[s]])))
     restrictions = list[list[float]]()

@@ -8,9 +8,9 @@ import numpy as np
 from pneumo.fit.rig.rig_file import Rig
 from pneumo.fit.rig.rig_record import Points, Run
 from pneumo.physics.cylinder import wetted_area
-from pneumo.physics.models import MODELS
+from pneumo.physics.models import MODELS, full_order_lane
 from pneumo.physics.valve import choked_flow
-from pneumo.simulation.gas_network import Link, Node, full_order_lane, law, replay
+from pneumo.simulation.gas_network import Link, Node, law, replay
 
 ADIABATIC = "full order, adiabatic"
 FULL = {  # full order by its wall: exponents of A_q / A_q0 and of PT / (P_0 T_0)
@@ -89,10 +89,7 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run, is_open
     t, T_amb, P_atm = run.t, v["T_surroundings"], v["P_surroundings"]
     C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
     row = MODELS.get(model)
-    if row is not None:
-        lane, full = law(row, v["n"], gas.gamma)
-    else:
-        lane, full = full_order_lane(gas.gamma, *FULL[model]), True
+    lane = law(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, 1.0, *FULL[model])
     warm = model != ADIABATIC
     sides = ("", "_B") if rig.has("dead_volume_B") else ("",)
     has_valve = rig.has("valve_C_in")
@@ -114,7 +111,7 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run, is_open
         P_start = v["P_start"] if not side else v.get("P_start_B", v["P_s"])
         T_start = of("T_start", side)
         walls = [of("k_0", side), *(v[name] for name in WALL[1:4])]
-        chamber = Node(lane, full, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
+        chamber = Node(lane, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
         nodes.append(chamber)
         ratio = np.ones_like(t)
         if rig.has("volume"):
@@ -145,15 +142,14 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run, is_open
     nodes += hoses
     volumes += hose_volumes
     for number in range(silencers):
-        nodes.append(Node(lane=lane, full=full, P=P_atm, T=T_amb, P_0=P_atm, T_0=T_amb, T_wall=T_amb))
+        nodes.append(Node(lane=lane, P=P_atm, T=T_amb, P_0=P_atm, T_0=T_amb, T_wall=T_amb))
         volumes.append(np.full_like(t, v["silencer_volume"]))
         links.append(Link(len(sides) + lines + number, atmosphere, v.get("silencer_b", np.nan)))
         areas.append(np.full_like(t, C * v["silencer_C"]))
     if supplied:
         nodes.append(
             Node(
-                lane=full_order_lane(gas.gamma),
-                full=True,
+                lane=law(None, 1.0, gas.gamma),
                 P=v["P_s"],
                 T=T_amb,
                 P_0=v["P_s"],

@@ -8,9 +8,9 @@ from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.evidence.random_cylinders import contest_statistics as s
 from pneumo.evidence.random_cylinders import full_order_contest as c
 from pneumo.evidence.random_cylinders.cylinder_runs import random_experiments
-from pneumo.simulation.chamber_replay import replay_chambers
+from pneumo.physics.models import full_order_lane, lane_array
 from pneumo.simulation.full_order import record
-from pneumo.simulation.full_order_replay import FullRow, full_order_mse
+from pneumo.simulation.replay import full_order_mse, replay_one_by_one
 
 EXPERIMENT = random_experiments(3)[1]._replace(steps=1500, pressure_stride=1500)
 GRID = (1.0, 1.2, 1.4)
@@ -23,7 +23,7 @@ def recording():
 
 def test_the_full_order_with_the_runs_parameters_follows_it_to_rounding(recording):
     # The same equations by the same steps: only the order of sums differs.
-    assert full_order_mse(recording, [FullRow()], EXACT_SAMPLING).max() ** 0.5 < 1e-6  # Pa
+    assert full_order_mse(recording, [full_order_lane(1.4)], EXACT_SAMPLING).max() ** 0.5 < 1e-6  # Pa
 
 
 @pytest.mark.parametrize("k_0, valve", [(0.5, 1.0), (2.7, 0.97)])
@@ -31,9 +31,10 @@ def test_a_row_is_the_full_order_of_the_plant_as_told(recording, k_0, valve):
     told = c.Told(k_0, valve)
     other = recording._replace(plant=told.plant(recording.plant))
     # Signals of the run, chambers of the plant as told: samples, since exact signals would be run again.
-    pressure = replay_chambers(other._replace(most_halvings=0), INTERPOLATED)
+    lanes = lane_array([full_order_lane(1.4)])
+    pressure = replay_one_by_one(other._replace(most_halvings=0), lanes, INTERPOLATED).pressure[0]
     expected = ((pressure - recording.states[:, [2, 4]].T) ** 2).mean(axis=1)
-    row = told.full_row("true")
+    row = told.full_order("true", 1.4)
     mse = full_order_mse(recording._replace(most_halvings=0), [row], INTERPOLATED)[0]
     np.testing.assert_allclose(mse, expected, rtol=1e-9)
 

@@ -14,7 +14,7 @@ from pneumo.physics.valve import chamber_flows
 from pneumo.publish.figures.alternatives_figures import LEVEL_MARKS, alternative_name, variants_figure
 from pneumo.publish.text.markdown_tables import variants_table
 from pneumo.simulation.full_order import record
-from pneumo.simulation.replay import replay_by_reference
+from pneumo.simulation.replay import replay_one_by_one
 from pneumo.simulation.signals import study_sampling
 from pneumo.statistics.model_pairs import REFINED_MODELS, REFINEMENT_PAIRS
 from pneumo.storage.files import read
@@ -73,7 +73,7 @@ def test_errors_are_those_of_plain_replays(by_alternative, dataset, transport):
     e = study.experiments["E12"]
     lanes = lane_array([lane(MODELS["M8"], 1.35, 1.4), lane(MODELS["M5"], 1.2, 1.4)])
     reading = study_sampling(transport, e)
-    plain = replay_by_reference(record(e), lanes, reading).mse.mean(axis=1)
+    plain = replay_one_by_one(record(e), lanes, reading).mse.mean(axis=1)
     cells = dataset["mse"].sel(experiment="E12", alternative=AS_TAKEN, transport=transport)
     found_here = [cells.sel(model="M8", n=1.35).item(), cells.sel(model="M5", n=1.2).item()]
     np.testing.assert_allclose(found_here, plain, rtol=1e-9)  # two kernels, as in test_lanes

@@ -111,7 +111,7 @@ def test_every_model_but_the_adiabatic_has_walls_and_a_supply_is_of_full_order(m
     nodes = of(EVERYTHING, model).nodes
     cold = model == ADIABATIC
     assert [node.k_0 == 0 for node in nodes[:4]] == [cold] * 4
-    assert [node.full for node in nodes] == [model != "M8"] * 6 + [True]
+    assert [bool(node.lane.full) for node in nodes] == [model != "M8"] * 6 + [True]
     assert nodes[6].lane == of(EVERYTHING).nodes[6].lane
 
 

@@ -3,27 +3,24 @@
 import math
 from functools import cache
 
-import numba
 import numpy as np
 import pytest
 from brief import in_brief
-from hypothesis import example, given, settings, target
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
 from paper_study import STUDY, lasting
 
 from pneumo import testing as some
-from pneumo.configuration.experiment import Drive, Plant
+from pneumo.configuration.experiment import Drive
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
-from pneumo.physics.cylinder import Cylinder, chamber_of, heat_area, volume
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
-from pneumo.physics.valve import Conditions, Gas, Valve, choked_flow, exact_gas, mass_flow
+from pneumo.physics.valve import exact_gas, mass_flow
 from pneumo.simulation import polynomials
 from pneumo.simulation import replay as replay_module
-from pneumo.simulation import vectorised as fast
 from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.reference import lane_rate
-from pneumo.simulation.replay import LEFT_RANGE, OK, replay, replay_by_reference
+from pneumo.simulation.replay import LEFT_RANGE, OK, replay, replay_one_by_one
 
 LANES, _ = grid_lanes(STUDY.n, 1.4)
 LINEAR = INTERPOLATED
@@ -43,7 +40,7 @@ def recorded():
 def both(recording=None, lanes=LANES, sampling=EXACT_SAMPLING, stride=1):
     """The same replays by the entry, which takes the fast kernel where it can, and by the reference."""
     arguments = recording or recorded(), lanes, sampling, stride
-    return replay(*arguments), replay_by_reference(*arguments)
+    return replay(*arguments), replay_one_by_one(*arguments)
 
 
 def handed_over(monkeypatch, recording=None, lanes=LANES, sampling=EXACT_SAMPLING, stride=1):
@@ -58,7 +55,7 @@ def handed_over(monkeypatch, recording=None, lanes=LANES, sampling=EXACT_SAMPLIN
     with monkeypatch.context() as patch:
         patch.setattr(replay_module, "replay_one_by_one", spy)
         ours = replay(recording, lanes, sampling, stride)
-    return ours, replay_by_reference(recording, lanes, sampling, stride), handed
+    return ours, replay_one_by_one(recording, lanes, sampling, stride), handed
 
 
 def assert_same(ours, theirs, rtol=1e-9):
@@ -72,36 +69,6 @@ def assert_same(ours, theirs, rtol=1e-9):
         difference = getattr(ours, name) - getattr(theirs, name)
         np.testing.assert_array_equal(np.isnan(difference), np.isnan(scale))
         assert not (abs(difference) > rtol * scale).any()
-
-
-@pytest.mark.uncompiled
-@given(st.floats(-polynomials.EXP_REACH, polynomials.EXP_REACH))
-def test_exponential(t):
-    # Cut after the eleventh power: 0.6^12 / 12! / 2^11, spread over the range by interpolation, is 2e-15.
-    assert polynomials.exponential(t) == pytest.approx(math.exp(t), rel=1e-14, abs=0)
-
-
-def test_exponential_of_zero_is_one_and_outside_its_reach_is_nan():
-    assert polynomials.exponential(0.0) == 1  # so that a lane of constant temperature may go with the others
-    beyond = np.nextafter(polynomials.EXP_REACH, 1)
-    assert all(math.isnan(polynomials.exponential(t)) for t in (beyond, -beyond, math.inf, math.nan, 1400.0))
-
-
-@pytest.mark.uncompiled
-@given(st.floats(1e-6, 1e6))
-@example(1.0)
-@example(math.sqrt(0.5))
-@example(math.nextafter(math.sqrt(0.5), 0))
-@example(math.sqrt(2))
-def test_logarithm(x):
-    # 4 ulp: one each of z, of the polynomial and of their sum, one of math.log
-    assert polynomials.logarithm(x) == pytest.approx(math.log(x), rel=4 * EPS, abs=0)
-
-
-@pytest.mark.parametrize("x", [0.0, -0.0, -1.0, -1e-300, 1e-310, math.inf, -math.inf, math.nan, -math.nan])
-def test_logarithm_of_what_is_no_pressure_is_a_finite_number_outside_the_range(x):
-    with np.errstate(over="ignore"):  # integers wrap around
-        assert 700 < abs(polynomials.logarithm(x)) < 3000
 
 
 @given(some.gammas(), some.gas_constants())
@@ -119,128 +86,13 @@ def test_the_flow_has_the_fewest_terms_that_suffice_and_an_even_number_of_them(b
     assert len(psi) == terms
     for ratio in np.linspace(gas.critical_ratio, 0.999, 7)[1:]:
         s = -math.log(ratio)
-        flow = math.sqrt(s) * polynomials.polynomial(psi, s) / math.sqrt(293.0)
+        flow = math.sqrt(s) * Polynomial(psi)(s) / math.sqrt(293.0)
         assert flow == pytest.approx(mass_flow(1.0, 1.0, ratio, 293.0, gas), rel=1e-11)
-
-
-@numba.njit(fastmath={"contract"}, error_model="numpy")
-def rates_of(W, starts, u, x, v, chamber, plant, psi):
-    s_sonic = -math.log(plant.gas.critical_ratio)
-    fast.write_rates(W, fast.K_0, starts, fast.shared_terms(u, x, v, chamber, plant), plant, psi, s_sonic)
-
-
-def fast_rates(u, x, v, P, chamber, plant, lanes):
-    """Rate of every lane at its own pressure, Pa/s."""
-    order = np.argsort(fast.needs(lanes), kind="stable")
-    W, starts = fast.work_array(lanes[order], plant)
-    rows, P_0 = W.reshape(-1, fast.ROW), plant.conditions.P_0
-    rows[int(fast.P) // fast.ROW, : int(starts[3])] = 1.0
-    rows[int(fast.P) // fast.ROW, : len(lanes)] = P[order] / P_0
-    rates_of(W, starts, u, x, v, chamber, plant, polynomials.flow_polynomial(plant.gas)[0])
-    return P_0 * rows[int(fast.K_0) // fast.ROW, np.argsort(order)]
-
-
-@st.composite
-def gases(draw):
-    printed = Gas(287.0, 1.4, 0.0404, 0.5283)
-    exact = exact_gas(draw(some.gas_constants()), draw(some.gammas()))
-    catalogue = exact._replace(critical_ratio=draw(st.floats(0.1, 0.6)), elliptic=True)
-    return draw(st.sampled_from([printed, exact, catalogue]))
-
-
-@st.composite
-def plants(draw):
-    P_atm = draw(some.pressures(0.5e5, 1.5e5))
-    P_s = draw(some.pressures(2e5, 15e5))
-    T_in, T_amb, T_0 = (draw(some.temperatures()) for _ in range(3))
-    bore, stroke = draw(some.bores()), draw(some.strokes())
-    area = math.pi / 4 * bore**2
-    A_B = draw(st.floats(0.5, 1.0)) * area
-    V_d = [draw(some.dead_volume_fractions()) * area * stroke / 2 for _ in range(2)]
-    return Plant(
-        draw(gases()),
-        # A throat that fills the smallest chamber in some 10 ms at the most.
-        Valve(draw(st.floats(0.0, 1.0)) * 0.01 * min(V_d), 10.0, exhaust=draw(st.floats(0.3, 1.5))),
-        Conditions(P_s, P_atm, T_in, T_amb, 0.8 * P_s, T_0),
-        Cylinder(bore, stroke, area, A_B, *V_d, 1.0, 100.0, -stroke / 2, stroke / 2),
-        draw(some.conductances()),
-    )
 
 
 def all_lanes(gamma):
     n = np.linspace(1.0, gamma, 4)
     return lane_array([lane(m, i, gamma) for m in MODELS.values() for i in (n if m.has_n else n[:1])])
-
-
-@pytest.mark.uncompiled
-@settings(max_examples=75)
-@given(plants(), some.voltages(), some.positions(), some.velocities(), st.integers(0, 2**32 - 1))
-def test_single_rates_equal_the_reference(plant, u, fraction, v, seed):
-    c, gas, lanes = plant.conditions, plant.gas, all_lanes(plant.gas.gamma)
-    x, chamber = fraction * plant.cylinder.stroke / 2, chamber_of(plant.cylinder, seed % 2)
-    P_port = c.P_s if u >= 0 else c.P_atm
-    # From far apart to almost equal pressures, on both sides of the port's.
-    random = np.random.default_rng(seed)
-    s = 10 ** random.uniform(-5.9, math.log10(2), len(lanes)) * random.choice([-1, 1], len(lanes))
-    P = P_port * np.exp(s)
-    ours, all_of = fast_rates(u, x, v, P, chamber, plant, lanes), Lane(*lanes.T)
-    pairs = zip(P.tolist(), lanes.tolist(), strict=True)
-    theirs = np.array([lane_rate(u, x, v, p, chamber, plant, Lane(*row)) for p, row in pairs])
-    # Each of the three terms at its largest, in the units of the rate.
-    n, V = lanes[:, :3].max(axis=1), volume(x, chamber, plant.cylinder)
-    T = c.T_0 * (P / c.P_0) ** all_of.a
-    T_u = np.where(P_port >= P, c.T_in, T)
-    A_t = plant.valve.k_xu * abs(u) * (plant.valve.exhaust if u < 0 else 1)
-    choked = n * gas.R * np.maximum(T, c.T_in) * choked_flow(A_t, np.maximum(P, P_port), T_u, gas) / V
-    work = n * P * abs(chamber.area * v) / V
-    area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
-    k = plant.k_0 * np.maximum(1, area_ratio) * np.maximum(1, P * T / (c.P_0 * c.T_0)) * all_of.wall_scale
-    wall = (gas.gamma - 1) * k * np.maximum(T, c.T_amb) / V
-    # What the reference loses itself: a difference of two powers near 1, each rounded, under a root.
-    cancellation = 4 * EPS * gas.gamma / (gas.gamma - 1) / np.sqrt(2 * np.minimum(abs(s), 0.1))
-    tolerance = (1e-12 + cancellation) * choked + 1e-13 * (work + wall)
-    polynomials_hold = abs(all_of.a / 2 * np.log(P / c.P_0)) < polynomials.EXP_REACH
-    assert (np.isfinite(ours) == polynomials_hold).all()
-    excess = (abs(ours - theirs) / np.maximum(tolerance, 1e-300))[polynomials_hold].max()
-    target(excess)
-    assert excess < 1
-
-
-def test_equal_pressures_give_no_flow():
-    # The logarithms may differ by an ulp: sqrt(2 EPS) of the choked flow, no more.
-    plant = E14.plant._replace(k_0=0.0)
-    P_s, chamber = plant.conditions.P_s, chamber_of(plant.cylinder, 0)
-    rates = fast_rates(10.0, 0.0, 0.0, np.full(COUNT, P_s), chamber, plant, LANES)
-    full = fast_rates(10.0, 0.0, 0.0, np.full(COUNT, P_s / 3), chamber, plant, LANES)
-    assert (abs(rates) < 1e-7 * full).all()
-
-
-@pytest.mark.parametrize("offset", range(8))
-def test_the_work_array_begins_at_a_cache_line_wherever_memory_is_given(monkeypatch, offset):
-    memory = np.zeros(int(fast.END) + 24)
-    start = -(memory.ctypes.data // 8) % 8 + offset  # offset doubles after a line of 64 bytes
-    monkeypatch.setattr(fast.np, "zeros", lambda size: memory[start : start + size])
-    W, _ = fast.work_array(LANES, E14.plant)
-    assert W.ctypes.data % 64 == 0 and len(W) == fast.END
-
-
-def test_rows_begin_at_cache_lines_an_odd_number_of_them_apart():
-    assert fast.ROW % 8 == 0 and fast.ROW // 8 % 2 == 1  # of eight doubles
-    assert fast.ROW % fast.WIDTH == 0  # a full array ends with a full register
-    assert all(int(row) % 8 == 0 for row in (fast.P_A, fast.K_0, fast.LARGEST))
-
-
-@pytest.mark.parametrize("after", [0.5, 1e-3, -1e-3, -0.5, -2.0, np.nan])
-def test_a_pressure_that_is_not_positive_after_a_step_is_nan(after, monkeypatch):
-    monkeypatch.setattr(fast, "write_rates", lambda *_: None)
-    W, starts = fast.work_array(LANES[:8], E14.plant)
-    for first in (fast.K_0, fast.K_0 + fast.RATES_B):
-        W[int(first) : int(first) + 8] = (after - 1) / fast.B[0]
-    step = getattr(fast.advance, "py_func", fast.advance)
-    step(W, np.zeros((7, 3)), starts, E14.plant, 1.0, polynomials.flow_polynomial(E14.plant.gas)[0], 1.0)
-    expected = after if after > 0 else np.nan
-    for now in (fast.P_A, fast.P_B):
-        np.testing.assert_allclose(W[int(now) : int(now) + 8], expected, rtol=1e-9)
 
 
 def test_terms_that_a_lane_needs():
@@ -253,7 +105,7 @@ def test_terms_that_a_lane_needs():
         (("M10",), 1.2, 3),
     ):
         lanes = lane_array([lane(MODELS[name], n, 1.4) for name in names])
-        assert fast.needs(lanes).tolist() == [expected] * len(names)
+        assert replay_module.needs(lanes).tolist() == [expected] * len(names)
 
 
 REACH = 2 * polynomials.EXP_REACH / 700  # exponents whose polynomial ends at the logarithm of no pressure
@@ -275,9 +127,9 @@ REACH = 2 * polynomials.EXP_REACH / 700  # exponents whose polynomial ends at th
 )
 def test_lanes_that_the_kernel_follows(name, changes, able):
     row = lane_array([lane(MODELS[name], 1.2, 1.4)._replace(**changes)])
-    assert fast.followed(row, E14.plant).tolist() == [able]
+    assert replay_module.followed(row, E14.plant).tolist() == [able]
     laminar = E14.plant._replace(valve=E14.plant.valve._replace(laminar=1e-3))
-    assert not fast.followed(row, laminar).any()
+    assert not replay_module.followed(row, laminar).any()
 
 
 @pytest.mark.parametrize("seconds", in_brief([6.0, 60.0], [6.0]))
@@ -295,14 +147,16 @@ def test_other_experiments(name, sampling):
 
 
 def test_polytropic_indices_below_one():
-    n = np.linspace(0.8, 0.95, fast.WIDTH)  # a group of lanes of one model alone
+    n = np.linspace(0.8, 0.95, replay_module.WIDTH)  # a group of lanes of one model alone
     lanes = [lane(model, value, 1.4) for model in MODELS.values() if model.has_n for value in n]
     assert any(each.a < 0 and each.wall_scale == 0 for each in lanes)
     assert_same(*both(lanes=lane_array(lanes)))
 
 
 @settings(max_examples=40)
-@given(plants(), st.integers(0, 2**32 - 1), st.booleans(), st.floats(0.0, 3.0), st.sampled_from([0, 1, 3]))
+@given(
+    some.plants(), st.integers(0, 2**32 - 1), st.booleans(), st.floats(0.0, 3.0), st.sampled_from([0, 1, 3])
+)
 def test_any_plant_and_any_signals(plant, seed, exact, late, most):
     # Signals unrelated to each other are harder than recorded ones: whatever they make of the lanes, failure
     # included, the reference makes too.
@@ -363,7 +217,7 @@ def test_more_lanes_than_the_work_array_holds_and_a_signal_that_is_not_a_number(
     # Indices n_V that no model has.
     others = [LANES * np.array([n_V, *[1.0] * (LANES.shape[1] - 1)]) for n_V in (1.0, 0.9, 0.8)]
     together = replay(recorded(), np.concatenate(others), LINEAR)
-    assert len(np.unique(np.concatenate(others), axis=0)) > fast.ROW
+    assert len(np.unique(np.concatenate(others), axis=0)) > replay_module.ROW
     apart = [replay(recorded(), lanes, LINEAR) for lanes in others]
     for ours, *theirs in zip(together, *apart, strict=True):
         assert ours.tobytes() == np.concatenate(theirs).tobytes()
