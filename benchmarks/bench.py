@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: basic, reportArgumentType=false
 """Speed of the core beside NumPy and SciPy, and of the whole study: ``make bench`` writes results/bench.json.
 
 All replay the same lanes on the same run, in turn on one core, and must agree. A lane-evaluation is one
