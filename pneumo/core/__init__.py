@@ -16,6 +16,7 @@ from pneumo.core import _core  # pyright: ignore[reportAttributeAccessIssue]
 __all__ = ["array", "ffi", "keep", "lib", "out", "rows", "struct", "whole", "zeroed"]
 
 ffi, lib = _core.ffi, _core.lib
+lib.fill_tables()
 LONGEST = 2**40  # of any count of samples, lanes or parts
 CTYPES = {np.dtype(np.float64): "double[]", np.dtype(np.int8): "int8_t[]", np.dtype(np.int64): "int64_t[]"}
 

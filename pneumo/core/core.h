@@ -47,6 +47,7 @@ typedef struct {
     double beyond[2][ROW], met[2][ROW], T[2][ROW], rate_T[2][3][ROW];
 } Sets;
 
+void fill_tables(void); /* of the elementary functions: to be called once, before all else */
 double core_log(double x);
 double core_exp(double x);
 double core_pow(double x, double y);

@@ -3,6 +3,22 @@
 
 #include "rates.h"
 
+double LOG_TABLE[STEPS + 2][2], EXP_TABLE[STEPS];
+
+void fill_tables(void) {
+    for (int i = 0; i < STEPS + 2; i++) {
+        double c = from_bits((FIRST_C + (uint64_t)i) << SEVEN_BITS);
+        LOG_TABLE[i][0] = c == 1 ? 0 : plain_ln(c);
+        LOG_TABLE[i][1] = 1 / c;
+    }
+    for (int j = 0; j < STEPS; j++) {
+        double t = j * (LN_2_HIGH / STEPS), low = j * (LN_2_LOW / STEPS); /* the first is exact */
+        double rest = 0, sum = 1 + t;
+        for (int n = 20; n > 1; n--) rest = t / n * (1 + rest); /* exp(t) = 1 + t (1 + rest) */
+        EXP_TABLE[j] = sum + ((t - (sum - 1)) + (t * rest + low * (sum + t * rest)));
+    }
+}
+
 double core_log(double x) { return ln(x); }
 double core_exp(double x) { return exponential(x); }
 double core_pow(double x, double y) { return power(x, y); }
@@ -27,7 +43,7 @@ INLINE void full_order_rates(const double *y, int stage, const void *context, do
 }
 
 /* Advance the state y by one step; the stage states and the state before the stops go into Y, 7 rows of 6. */
-void full_order_step(double *y, const Driven *driven, double h, double *Y, double *K) {
+INLINE void full_order_step(double *y, const Driven *driven, double h, double *Y, double *K) {
     double v = y[1];
     dormand_prince(full_order_rates, driven, y, 6, h, Y, K, Y + 36);
     memcpy(y, Y + 36, 6 * sizeof *y);
@@ -57,8 +73,10 @@ static double reversed_at(double x, double reference, double *sign, const Drive 
     return -reference;
 }
 
-void run(const double *y_0, double *reference, int64_t steps, double force, const Drive *drive, const Plant *plant,
-         double h, int most_halvings, double *states, int8_t *halvings) {
+void run(const double *y_0, double *reference, int64_t steps, double force, const Drive *of_drive,
+         const Plant *of_plant, double h, int most_halvings, double *states, int8_t *halvings) {
+    const Plant here = *of_plant, *plant = &here; /* that the compiler sees what does not change */
+    const Drive as_given = *of_drive, *drive = &as_given;
     double sign = 1, Y[42], K[42];
     memcpy(states, y_0, 6 * sizeof *states);
     for (int64_t k = 0; k < steps; k++) {

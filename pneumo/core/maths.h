@@ -12,7 +12,9 @@
 #if defined(_MSC_VER)
 #define INLINE static __forceinline
 #define restrict __restrict
+#define HIDDEN
 #else
+#define HIDDEN __attribute__((visibility("hidden")))
 #define INLINE static inline __attribute__((always_inline))
 #endif
 
@@ -24,7 +26,7 @@
 #endif
 
 /* exp(t) for |t| <= 0.6, and ln(m) / z with z = (m - 1)/(m + 1) in powers of z^2 for sqrt(1/2) <= m <= sqrt(2): both
-   made by pneumo.simulation.polynomials. */
+   interpolated at Chebyshev nodes. */
 #define EXP_REACH 0.6
 static const double EXP[12] = {
     0x1p+0, 0x1.0000000000003p+0, 0x1.00000000004b8p-1, 0x1.5555555554f20p-3, 0x1.555555544debep-5,
@@ -36,6 +38,8 @@ static const double LOG[8] = {
 #define LN_2 0x1.62e42fefa39efp-1
 #define LN_2_HIGH 0x1.62e42fefa38p-1 /* 42 bits: a multiple by an exponent is exact */
 #define LN_2_LOW 0x1.ef35793c7673p-45
+#define LN_2_SHORT 0x1.62e42fep-1 /* 28 bits: a multiple by 128 exponents is exact */
+#define LN_2_REST 0x1.f473de6af278fp-30
 #define PI 3.14159265358979323846
 
 INLINE double from_bits(uint64_t bits) { double x; memcpy(&x, &bits, sizeof x); return x; }
@@ -75,6 +79,22 @@ INLINE double fast_exp(double t) {
     return fabs(t) <= EXP_REACH ? value : (double)NAN;
 }
 
+/* ln(c) and 1/c of numbers c with seven bits behind the point, from sqrt(1/2) to sqrt(2), and 2^(j/128): `fill_tables`
+   computes them when the library is loaded. */
+enum { STEPS = 128 };
+extern HIDDEN double LOG_TABLE[STEPS + 2][2], EXP_TABLE[STEPS];
+#define SEVEN_BITS 45 /* bits of mantissa behind those of c */
+#define FIRST_C (UINT64_C(0x3fe6a09e667f3bcd) >> SEVEN_BITS)
+
+/* ln(x) of a positive, finite, normal x, without tables. */
+INLINE double plain_ln(double x) {
+    double exponent, m = split(x, &exponent);
+    /* m - 1 is exact; 2 z = f - z f, so the largest term has no rounding error */
+    double f = m - 1, z = f / (m + 1), z_2 = z * z;
+    double tail = z * (z_2 * (LOG[1] + z_2 * polynomial(LOG + 2, 6, z_2)));
+    return exponent * LN_2_HIGH + (f + ((tail - z * f) + exponent * LN_2_LOW));
+}
+
 /* Natural logarithm of any x; NaN of a negative one. */
 INLINE double ln(double x) {
     if (!(x > 0)) return x == 0 ? -(double)INFINITY : (double)NAN;
@@ -85,11 +105,18 @@ INLINE double ln(double x) {
         shift = 54;
     }
     double exponent, m = split(x, &exponent);
+    uint64_t c = (to_bits(m) + (UINT64_C(1) << (SEVEN_BITS - 1))) >> SEVEN_BITS;
+    const double *of_c = LOG_TABLE[c - FIRST_C];
+    double r = (m - from_bits(c << SEVEN_BITS)) * of_c[1], r_2 = r * r; /* the difference is exact */
+    double tail = r_2 * ((-1.0 / 2 + r * (1.0 / 3)) + r_2 * ((-1.0 / 4 + r * (1.0 / 5)) - r_2 * (1.0 / 6)));
     exponent -= shift;
-    /* m - 1 is exact; 2 z = f - z f, so the largest term has no rounding error */
-    double f = m - 1, z = f / (m + 1), z_2 = z * z;
-    double tail = z * (z_2 * (LOG[1] + z_2 * polynomial(LOG + 2, 6, z_2)));
-    return exponent * LN_2_HIGH + (f + ((tail - z * f) + exponent * LN_2_LOW));
+    return (exponent * LN_2_HIGH + of_c[0]) + (r + (tail + exponent * LN_2_LOW));
+}
+
+/* 2^(k/STEPS) exp(r) for a whole k. */
+INLINE double scaled(double k, double value) {
+    int whole = (int)k >> 7, half = whole / 2, rest = whole - half; /* two factors: neither overflows */
+    return value * from_bits((uint64_t)(1023 + half) << 52) * from_bits((uint64_t)(1023 + rest) << 52);
 }
 
 /* exp(t) of any t. */
@@ -97,13 +124,11 @@ INLINE double exponential(double t) {
     if (t != t) return t;
     if (t > 709.79) return (double)INFINITY;
     if (t < -745.2) return 0;
-    double k = (t * (1 / LN_2) + 0x1.8p52) - 0x1.8p52; /* rounded to a whole number */
-    double r = (t - k * LN_2_HIGH) - k * LN_2_LOW;
-    double value = 1 + r * (1 + r * (0.5 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (
-        1.0 / 5040 + r * (1.0 / 40320 + r * (1.0 / 362880 + r * (1.0 / 3628800 + r * (1.0 / 39916800 + r * (
-        1.0 / 479001600 + r * (1.0 / 6227020800)))))))))))));
-    int half = (int)k / 2, rest = (int)k - half; /* two factors: neither overflows */
-    return value * from_bits((uint64_t)(1023 + half) << 52) * from_bits((uint64_t)(1023 + rest) << 52);
+    double k = (t * (STEPS / LN_2) + 0x1.8p52) - 0x1.8p52; /* rounded to a whole number */
+    double r = (t - k * (LN_2_SHORT / STEPS)) - k * (LN_2_REST / STEPS), r_2 = r * r;
+    double root = EXP_TABLE[(int)k & (STEPS - 1)];
+    double tail = r + r_2 * ((1.0 / 2 + r * (1.0 / 6)) + r_2 * (1.0 / 24 + r * (1.0 / 120)));
+    return scaled(k, root + root * tail);
 }
 
 /* x^y for x >= 0; the exponents 0, 1/2 and 1 are exact. */

@@ -75,7 +75,7 @@ INLINE void network_rates(const double *y, int stage, const void *context, doubl
         }
         const double T_inlet = lane->mixing * T_in + (1 - lane->mixing) * T;
         dy[s] = dP_dt(P, T, volume_now, dV_dt, m_in, m_out, T_inlet, heat, lane->n_V, lane->n_in, lane->n_out, R, gamma);
-        if (lane->full != 0) dy[count + s] = dT_dt(P, T, volume_now, dV_dt, m_in, m_out, T_in, heat, R, gamma);
+        if (lane->full != 0) dy[count + s] = dT_dt(P, T, volume_now, dV_dt, m_in, m_out, dy[s], R);
     }
 }
 

@@ -32,7 +32,7 @@ INLINE double mass_flow(double A_t, double P_u, double P_d, double T_u, const Ga
         double above = (ratio - b) / (1 - b);
         return choked_flow(A_t, P_u, T_u, gas) * sqrt(1 - above * above); /* ISO 6358 */
     }
-    double s = ln(ratio), subsonic = exponential(2 / g * s) - exponential((g + 1) / g * s);
+    double s = ln(ratio), s_g = s / g, subsonic = exponential(2 * s_g) - exponential(s + s_g);
     subsonic = subsonic < 0 ? 0 : subsonic; /* by rounding, where the pressures are equal but for the last digit */
     return A_t * P_u * sqrt(2 * g / ((g - 1) * gas->R * T_u) * subsonic); /* (1) */
 }
@@ -90,10 +90,9 @@ INLINE double dP_dt(double P, double T, double V, double dV_dt, double m_in, dou
     return (-n_V * P * dV_dt + R * (n_in * m_in * T_inlet - n_out * m_out * T) + (gamma - 1) * heat) / V; /* (4), (10) */
 }
 
-INLINE double dT_dt(double P, double T, double V, double dV_dt, double m_in, double m_out, double T_in, double heat,
-                    double R, double gamma) {
-    return T / V * dV_dt * (1 - gamma) - m_out * R * (T * T) / (V * P) * (gamma - 1) +
-           m_in * R * T / (V * P) * (gamma * T_in - T) + (gamma - 1) * T / (P * V) * heat; /* (5) */
+/* Eq (5), from the rate of pressure and P V = m R T. */
+INLINE double dT_dt(double P, double T, double V, double dV_dt, double m_in, double m_out, double dP_dt, double R) {
+    return T * (dP_dt * V + P * dV_dt - (m_in - m_out) * R * T) / (P * V);
 }
 
 /* Rates of pressure and temperature from known mass flows; a reduced model has no rate of temperature. */
@@ -111,7 +110,7 @@ INLINE void rates_with_flows(double m_in, double m_out, double x, double v, doub
     }
     double T_inlet = lane->mixing * c->T_in + (1 - lane->mixing) * T;
     rates[0] = dP_dt(P, T, V, dV_dt, m_in, m_out, T_inlet, heat, lane->n_V, lane->n_in, lane->n_out, R, gamma);
-    rates[1] = lane->full != 0 ? dT_dt(P, T, V, dV_dt, m_in, m_out, c->T_in, heat, R, gamma) : 0;
+    rates[1] = lane->full != 0 ? dT_dt(P, T, V, dV_dt, m_in, m_out, rates[0], R) : 0;
 }
 
 /* Rates of pressure and temperature by the full order or, where T follows from P by eq (6), a reduced model. */
@@ -180,11 +179,11 @@ typedef void (*Rates)(const double *y, int stage, const void *context, double *d
 INLINE void dormand_prince(Rates rates, const void *context, const double *y, int64_t size, double h, double *Y,
                            double *K, double *y_next) {
     for (int i = 0; i < STAGES; i++) {
-        for (int64_t s = 0; s < size; s++) {
-            double total = 0;
-            for (int j = 0; j < i; j++) total += A[i][j] * K[j * size + s];
-            Y[i * size + s] = y[s] + h * total;
-        }
+        double *restrict at = Y + i * size;
+        for (int64_t s = 0; s < size; s++) at[s] = 0;
+        for (int j = 0; j < i; j++) /* the order of loops that becomes vector instructions */
+            for (int64_t s = 0; s < size; s++) at[s] += A[i][j] * K[j * size + s];
+        for (int64_t s = 0; s < size; s++) at[s] = y[s] + h * at[s];
         rates(Y + i * size, i, context, K + i * size);
     }
     for (int64_t s = 0; s < size; s++) {
@@ -207,7 +206,6 @@ INLINE void embedded_error(Rates rates, const void *context, const double *y_nex
 
 /* full_order.c */
 typedef struct { double reference, force; const Drive *drive; const Plant *plant; } Driven;
-void full_order_step(double *y, const Driven *driven, double h, double *Y, double *K);
 void stage_inputs(const Recording *recording, const Sampling *sampling, int64_t k, int part, int parts, double *y,
                   double inputs[7][3]);
 double replay_tolerance(const Sampling *sampling);

@@ -7,6 +7,8 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+import pneumo.core as core
+
 Real = TypeVar("Real", float, np.ndarray)
 
 
@@ -49,7 +51,7 @@ class Conditions(NamedTuple):
 
 def critical_ratio(gamma: float) -> float:
     """Pressure ratio P_d / P_u at which the throat becomes sonic (0.5283 for air)."""
-    return (2 / (gamma + 1)) ** (gamma / (gamma - 1))
+    return core.lib.core_pow(2 / (gamma + 1), gamma / (gamma - 1))
 
 
 def sonic_coefficient(R: float, gamma: float) -> float:
@@ -57,7 +59,7 @@ def sonic_coefficient(R: float, gamma: float) -> float:
 
     Eq (17) misprints it; this form makes the two branches of eq (1) meet.
     """
-    return (2 / (gamma + 1)) ** (1 / (gamma - 1)) * (2 * gamma / ((gamma + 1) * R)) ** 0.5
+    return core.lib.core_pow(2 / (gamma + 1), 1 / (gamma - 1)) * (2 * gamma / ((gamma + 1) * R)) ** 0.5
 
 
 def exact_gas(R: float, gamma: float) -> Gas:

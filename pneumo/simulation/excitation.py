@@ -5,10 +5,11 @@ generates: a multiplicative congruential generator with the polar method, second
 """
 
 from collections.abc import Iterator
-from math import log, sqrt
+from math import sqrt
 
 import numpy as np
 
+import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Excitation
 
 MULTIPLIER, MODULUS = 16807, 2**31 - 1
@@ -37,7 +38,7 @@ def normal_deviates(seed: int) -> Iterator[float]:
         a, b = uniform(), uniform()
         w = a * a + b * b
         if w <= 1:
-            yield sqrt(-2 * log(w) / w) * a
+            yield sqrt(-2 * core.lib.core_log(w) / w) * a
 
 
 def reference_series(drive: Drive, excitation: Excitation, steps: int) -> np.ndarray:

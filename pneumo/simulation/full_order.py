@@ -131,9 +131,9 @@ def core_recording(recording: Recording) -> Any:
         If an array has another shape, or a number of halvings is not 0 to `MOST_HALVINGS`.
     """
     steps = len(recording.states) - 1
-    halvings = np.ascontiguousarray(recording.halvings, np.int8)
-    for name, value in (("halvings", halvings.max(initial=0)), ("halvings", halvings.min(initial=0))):
-        core.whole(name, value, 0, MOST_HALVINGS)
+    halvings = np.asarray(recording.halvings)
+    for value in (halvings.max(initial=0), halvings.min(initial=0)):
+        core.whole("halvings", value, 0, MOST_HALVINGS)
     arrays = (
         core.array("states", recording.states, (core.whole("steps", steps, 0) + 1, 6)),
         core.array("reference", recording.reference, (steps + 1,)),

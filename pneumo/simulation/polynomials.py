@@ -1,30 +1,44 @@
-# pyright: basic
-"""Polynomials of the core: exponential and logarithm, written into maths.h, and a gas's subsonic flow."""
+"""Polynomial of a gas's subsonic flow, with which the core replays many lanes side by side."""
 
-from collections.abc import Callable
+from decimal import Decimal, localcontext
 from functools import cache
-from math import factorial, log, sqrt
-from typing import Any
+from math import cos, pi
 
 import numpy as np
-from numpy.polynomial import Chebyshev, Polynomial
+from numpy.polynomial import Polynomial
 
 from pneumo.physics.valve import Gas
 
-
-def coefficients(function: Callable[[Any], Any], low: float, high: float, degree: int) -> tuple[float, ...]:
-    """Coefficients, lowest power first, of the polynomial that equals a function at the Chebyshev nodes."""
-    fit = Chebyshev.interpolate(function, degree, domain=[low, high])
-    return tuple(float(c) for c in fit.convert(kind=Polynomial).coef)
-
-
-# exp(t) for |t| <= EXP_REACH, from its Taylor series
-EXP_REACH = 0.6
-EXP = (1.0, *coefficients(Polynomial([1 / factorial(k + 1) for k in range(20)]), -EXP_REACH, EXP_REACH, 10))
-# ln(m) / z with z = (m - 1)/(m + 1), in powers of z^2, for m between sqrt(1/2) and sqrt(2)
-LOG = (2.0, *coefficients(Polynomial([2 / (2 * k + 3) for k in range(20)]), 0.0, (3 - sqrt(8)) ** 2, 6))
+EXP_REACH = 0.6  # of the core's exponential without branches, in maths.h
 # Relative error granted to `flow_polynomial`; it has 2e-15 for any gamma from 1.05 to 5/3.
 FLOW_TOLERANCE = 1e-13
+DIGITS = 32  # of decimal arithmetic, which rounds alike on every processor
+
+
+def _flow_over_root(s: Decimal, gas: Gas) -> Decimal:
+    """Subsonic flow at s = ln(P_u / P_d), over ``A_t P_u / sqrt(T_u) sqrt(s)``."""
+    R, g, b = Decimal(gas.R), Decimal(gas.gamma), Decimal(gas.critical_ratio)
+    if gas.elliptic:
+        below = (1 - (-s).exp()) / (1 - b)
+        return Decimal(gas.sonic_coefficient) * (below * (2 - below) / s).sqrt()  # ISO 6358
+    subsonic = (-2 * s / g).exp() * (1 - (-(g - 1) * s / g).exp())
+    return (2 * g / ((g - 1) * R) * subsonic / s).sqrt()  # (1)
+
+
+def _interpolated(gas: Gas, s_sonic: Decimal, degree: int) -> tuple[float, ...]:
+    """Coefficients, lowest power first, of the polynomial through Chebyshev's nodes."""
+    # Rounded, so that another processor's cosine gives the same.
+    cosines = (f"{cos(pi * (2 * k + 1) / (2 * degree + 2)):.9f}" for k in range(degree + 1))
+    nodes = [s_sonic * (1 + Decimal(text)) / 2 for text in cosines]
+    newton = [_flow_over_root(s, gas) for s in nodes]
+    for i in range(1, len(nodes)):  # divided differences
+        for k in range(len(nodes) - 1, i - 1, -1):
+            newton[k] = (newton[k] - newton[k - 1]) / (nodes[k] - nodes[k - i])
+    powers = [newton[-1]]
+    for value, node in zip(newton[-2::-1], nodes[-2::-1], strict=True):  # times (s - node), plus value
+        powers = [a - node * b for a, b in zip([Decimal(0), *powers], [*powers, Decimal(0)], strict=True)]
+        powers[0] += value
+    return tuple(map(float, powers))
 
 
 @cache
@@ -36,23 +50,18 @@ def flow_polynomial(gas: Gas) -> tuple[tuple[float, ...], float]:
     Returns
     -------
     coefficients : tuple of float
-        Lowest power first.
+        Lowest power first; the same on every processor.
     error : float
-        Largest relative error of the polynomial at 999 pressure ratios from critical to nearly 1.
+        Largest relative error of the polynomial at 30 pressure ratios from critical to nearly 1.
     """
-    g, b, s_sonic = gas.gamma, gas.critical_ratio, -log(gas.critical_ratio)
-
-    def function(s: np.ndarray) -> np.ndarray:
-        if gas.elliptic:
-            below = -np.expm1(-s) / (1 - b)
-            return gas.sonic_coefficient * np.sqrt(below * (2 - below) / s)
-        subsonic = -np.exp(-2 * s / g) * np.expm1(-(g - 1) * s / g)
-        return np.sqrt(2 * g / ((g - 1) * gas.R) * subsonic / s)  # (1)
-
-    s = np.linspace(0.0, s_sonic, 1000)[1:]
-    for degree in (9, 13, 17):  # eq (1) does with the first; the ellipse of a small critical ratio does not
-        psi = coefficients(function, 0.0, s_sonic, degree)
-        error = float(np.max(np.abs(Polynomial(psi)(s) / function(s) - 1)))
-        if error <= FLOW_TOLERANCE:
-            break
+    with localcontext() as context:
+        context.prec = DIGITS
+        s_sonic = -Decimal(gas.critical_ratio).ln()
+        points = [s_sonic * k / 30 for k in range(1, 31)]
+        exact, s = np.array([float(_flow_over_root(p, gas)) for p in points]), np.array(points, dtype=float)
+        for degree in (9, 13, 17):  # eq (1) does with the first; the ellipse of a small critical ratio not
+            psi = _interpolated(gas, s_sonic, degree)
+            error = float(np.max(np.abs(Polynomial(psi)(s) / exact - 1)))
+            if error <= FLOW_TOLERANCE:
+                break
     return psi, error
