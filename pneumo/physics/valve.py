@@ -3,11 +3,10 @@
 Functions take floats; `mass_flow` and `choked_flow` also take quantities with units.
 """
 
+from decimal import Decimal
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-
-import pneumo.core as core
 
 Real = TypeVar("Real", float, np.ndarray)
 
@@ -49,9 +48,14 @@ class Conditions(NamedTuple):
     T_0: float  #: equilibrium temperature, K
 
 
+def _power(base: float, exponent: float) -> float:
+    """Power by decimal arithmetic, which rounds alike on every processor."""
+    return float(Decimal(float(base)) ** Decimal(float(exponent)))
+
+
 def critical_ratio(gamma: float) -> float:
     """Pressure ratio P_d / P_u at which the throat becomes sonic (0.5283 for air)."""
-    return core.lib.core_pow(2 / (gamma + 1), gamma / (gamma - 1))
+    return _power(2 / (gamma + 1), gamma / (gamma - 1))
 
 
 def sonic_coefficient(R: float, gamma: float) -> float:
@@ -59,7 +63,7 @@ def sonic_coefficient(R: float, gamma: float) -> float:
 
     Eq (17) misprints it; this form makes the two branches of eq (1) meet.
     """
-    return core.lib.core_pow(2 / (gamma + 1), 1 / (gamma - 1)) * (2 * gamma / ((gamma + 1) * R)) ** 0.5
+    return _power(2 / (gamma + 1), 1 / (gamma - 1)) * (2 * gamma / ((gamma + 1) * R)) ** 0.5
 
 
 def exact_gas(R: float, gamma: float) -> Gas:
