@@ -19,7 +19,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench crosscheck fuzz torture determinism slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench crosscheck fuzz torture determinism sanitize slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -92,6 +92,17 @@ determinism: .venv/.dev  ## compare runs with other jobs, threads and processors
 	@echo "== determinism: results/evidence/determinism.json"
 	$(activate)
 	python -m tests.torture.determinism --config "$(CONFIG)"
+
+sanitize: .venv/.dev  ## run the core's tests under the sanitizers of addresses and of undefined behaviour
+	@echo "== sanitize: pytest tests/core tests/simulation in build/sanitize"
+	$(activate)
+	python -c "from pathlib import Path; from tests.checkout import copy_checkout; copy_checkout(Path('build/sanitize'))"
+	cd build/sanitize
+	export CFLAGS="-fsanitize=address,undefined -fno-sanitize-recover=undefined -DPNEUMO_NO_CLONES -g" UBSAN_OPTIONS=print_stacktrace=1
+	python setup.py --quiet build_ext --inplace --force
+	# Python leaks by design what it keeps to its end.
+	export LD_PRELOAD="$$(gcc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONPATH="$$PWD"
+	pytest -n $(JOBS) -m "not slow" tests/core tests/simulation
 
 slurm-test: .venv/.dev  ## run smoke study and fleet, disturbed, on a Slurm of one node made for it (root; slurm-wlm, munge)
 	@echo "== slurm-test: workflow/profiles/slurm"

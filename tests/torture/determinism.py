@@ -50,7 +50,7 @@ def rebuild(folder: Path, compiler: str) -> None:
     script.write_text(f'#!/bin/sh\nexec {name} "$@" {shlex.join(flags)}\n')
     script.chmod(0o755)
     command = [sys.executable, "setup.py", "--quiet", "build_ext", "--inplace", "--force"]
-    path = {"CC": str(script), "PATH": f"{Path(sys.executable).parent}:/usr/local/bin:/usr/bin:/bin"}
+    path = {"CC": "./compile", "PATH": f"{Path(sys.executable).parent}:/usr/local/bin:/usr/bin:/bin"}
     subprocess.run(command, cwd=folder, env=path, check=True)
     script.unlink()
     shutil.rmtree(folder / "build", ignore_errors=True)
