@@ -7,7 +7,7 @@ import json
 import math
 import os
 import threading
-from collections.abc import Container, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from glob import escape
 from pathlib import Path
@@ -124,15 +124,15 @@ def write(
     path: Path | str,
     attributes: Mapping[str, Any],
     digits: int | None = None,
-    uncompressed: Container[str] = (),
+    compressed: bool = True,
     digits_of: Mapping[str, int] | None = None,
 ) -> None:
-    """Write a dataset atomically as compressed NetCDF-4; make its folder if necessary.
+    """Write a dataset atomically as NetCDF-4, `compressed` or not; make its folder if necessary.
 
     Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are added
     to the global attributes that all files have. With `digits`, floating-point variables are rounded with a
     relative error below 10**-digits and stored in 4 bytes; `digits_of` has the digits of variables that need
-    fewer. Variables in `uncompressed` are not compressed.
+    fewer.
     """
     dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
@@ -140,7 +140,7 @@ def write(
             variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
     encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
     for name, variable in dataset.data_vars.items():
-        numeric = variable.dtype.kind in "fiu" and variable.ndim and str(name) not in uncompressed
+        numeric = compressed and variable.dtype.kind in "fiu" and variable.ndim
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
         if digits is not None and variable.dtype.kind == "f":
             bits = int((digits_of or {}).get(str(name), digits) * math.log2(10))  # of the fraction

@@ -85,10 +85,11 @@ def test_what_is_written_comes_back_and_long_traces_are_thinned(tmp_path):
     assert dataset["release_time"] == run.release_step * e.h
 
 
-def test_variables_are_compressed_but_for_those_named(tmp_path):
-    write(small(), tmp_path / "a.nc", ATTRIBUTES, uncompressed=("P",))
+@pytest.mark.parametrize("compressed", [True, False])
+def test_variables_are_compressed_if_asked_for(tmp_path, compressed):
+    write(small(), tmp_path / "a.nc", ATTRIBUTES, compressed=compressed)
     with xr.open_dataset(tmp_path / "a.nc") as opened:
-        assert not opened["P"].encoding["zlib"] and opened["status"].encoding["zlib"]
+        assert opened["P"].encoding["zlib"] == opened["status"].encoding["zlib"] == compressed
     xr.testing.assert_equal(read(tmp_path / "a.nc"), small())
 
 
