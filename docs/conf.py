@@ -42,6 +42,7 @@ myst_heading_anchors = 3
 myst_substitutions = {
     "decisions": fragments.decisions(),
     **fragments.stored_numbers(),
+    **fragments.stored_numbers("frozen.yaml"),
     "blocks": {make.__name__: make() for make in readme_blocks.OF_PAGES},
     "errata": fragments.errata(),
     "models": fragments.models(),

@@ -42,9 +42,9 @@ def span(values: xr.DataArray, digits: int | str) -> str:
     return f"{values.min().item():{form}} to {values.max().item():{form}}"
 
 
-def stored_numbers() -> dict[str, dict[str, Any]]:
-    """Numbers and tables of results by page and name, from docs/numbers.yaml, which `make numbers` writes."""
-    return yaml.safe_load(NUMBERS.read_text(encoding="utf-8"))
+def stored_numbers(file: str = NUMBERS.name) -> dict[str, dict[str, Any]]:
+    """Numbers and tables by page and name: of results, or, in frozen.yaml, of finished studies."""
+    return yaml.safe_load(NUMBERS.with_name(file).read_text(encoding="utf-8"))
 
 
 def decisions() -> str:

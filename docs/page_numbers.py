@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import cluster
-import contest
 import cost
 import fit_bench
 import measured_air
@@ -26,18 +25,12 @@ from fragments import NUMBERS, ROOT, stored_numbers
 
 from benchmarks.fleet_law import law_figure
 from pneumo.catalogue import coefficient_times_length, measured_conductances
-from pneumo.evidence.sensitivity.toggle_effects import LOGARITHMIC_TABLES, toggle_effects
 from pneumo.export.step_cost import FILE as STEP_COST
 from pneumo.publish.style import save
-from pneumo.publish.text.kept_sentences import keep_sentences
-from pneumo.publish.text.todays_answer import quoted
 from pneumo.storage.kept_evidence import KEPT
-from pneumo.verdict.assumptions import AS_TAKEN
-from pneumo.verdict.claims import read_claims
 
 RESULTS = ROOT / "results"
-LIMIT = 0.001  # of a misfit's change that verification.md counts
-FIGURES = ("measurements", "pulses", "regimes", "vessel")  # copies of results/figures/
+FIGURES = ("measurements", "pulses", "vessel")  # copies of results/figures/
 
 Numbers = dict[str, dict[str, Any]]  # by page or source, then by name
 
@@ -56,35 +49,9 @@ def named(numbers: dict[str, str], tables: dict[str, str]) -> dict[str, str]:
     return {re.sub(r"\W+", "_", name.replace("/", " over ")): text for name, text in both.items()}
 
 
-def verification(reproduced: xr.DataArray) -> dict[str, str]:
-    """Numbers of verification.md: what the alternatives change, from `toggled_tables`."""
-    effects = toggle_effects(reproduced, read_claims(ROOT / "paper/2006"))
-    taken, others = effects.loc[AS_TAKEN], effects.drop(index=AS_TAKEN)
-    change = others[[f"worse_{table}" for table in LOGARITHMIC_TABLES]]
-    assert (change > -LIMIT).all(axis=None) and others["inside"].max() <= taken["inside"]  # as the page says
-    worse = (change > LIMIT).any(axis=1)
-    return {
-        "alternatives": f"{len(others)}",
-        "limit": f"{LIMIT:g}",
-        **{f"misfit {table}": f"{taken[f'misfit_{table}']:.3f}" for table in LOGARITHMIC_TABLES},
-        "worse": f"{worse.sum()}",
-        "not distinguished": f"{(~worse).sum()}",
-        "in class": f"{taken['inside']:.0f}",
-    }
-
-
 def from_kept_files() -> Numbers:
     """Numbers from files that are in the repository: paper/evidence, docs/static, the catalogue."""
-    measured, air, cylinders, toggled, contested = (
-        xr.load_dataset(KEPT / f"{name}.nc")
-        for name in (
-            "measurements",
-            "measured_air",
-            "cylinders",
-            "assumptions",
-            "contest",
-        )
-    )
+    measured, air = (xr.load_dataset(KEPT / f"{name}.nc") for name in ("measurements", "measured_air"))
     bench = fit_bench.stored()
     fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
     steps = json.loads(STEP_COST.read_text(encoding="utf-8"))
@@ -95,9 +62,7 @@ def from_kept_files() -> Numbers:
             "k_0": f"{min(k_0):g} to {max(k_0):g}",
         },
         "cluster": named(cluster.numbers(fleet, slurm), cluster.tables(fleet, slurm)),
-        "contest": named(contest.numbers(contested), contest.tables(contested)),
         "cost": named(cost.numbers(steps), cost.tables(steps)),
-        "cylinders": named(which_model.cylinder_numbers(cylinders), which_model.cylinder_tables(cylinders)),
         "fit_bench": named(fit_bench.numbers(bench), fit_bench.tables(bench)),
         "measured_air": named(
             measured_air.numbers(air),
@@ -105,7 +70,6 @@ def from_kept_files() -> Numbers:
         ),
         "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
         "simulators": named(simulators.numbers(simulators.stored()), simulators.tables(simulators.stored())),
-        "verification": named(verification(toggled["reproduced"]), {}),
     }
 
 
@@ -149,8 +113,7 @@ def from_the_study(results: Path) -> Numbers:
 
 
 def write() -> None:
-    """Write docs/numbers.yaml and kept_sentences.json; without results/ their numbers stay as they are."""
-    keep_sentences(quoted(*(xr.load_dataset(KEPT / f"{name}.nc") for name in ("contest", "partly_known"))))
+    """Write docs/numbers.yaml; without results/ its numbers stay as they are."""
     numbers = stored_numbers() | from_kept_files()
     if (RESULTS / "verdict.json").exists():
         numbers |= from_the_study(RESULTS)

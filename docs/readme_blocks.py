@@ -1,20 +1,15 @@
-"""Generated blocks: `answer` and `judged` of README.md, the others of pages.
+"""Generated blocks: `judged` of README.md, the others of pages.
 
 `make numbers` writes README's, `make lint` checks that they are current.
 """
 
-import json
 from collections import Counter
 from collections.abc import Mapping
 
-import xarray as xr
 from fragments import ROOT, stored_numbers, table
 
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import Model
-from pneumo.publish.text.markdown_tables import findings_table
-from pneumo.publish.text.todays_answer import todays_answer
-from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.judging import STATUSES, read_statuses
 
 NUMBERS = stored_numbers()
@@ -44,12 +39,6 @@ def ten_models() -> str:
     """Table of the paper's models in words."""
     head = ["model", "temperature of the air", "air enters at", "heat through the wall", "parameters"]
     return table(head, map(_model_row, PAPER_MODELS.values()))
-
-
-def answer() -> str:
-    """Table of which model to take, by what is known."""
-    evidence = (xr.load_dataset(KEPT / f"{name}.nc") for name in ("contest", "measured_air", "partly_known"))
-    return table(["if", "take", "what the evidence says"], todays_answer(*evidence))
 
 
 def judged() -> str:
@@ -102,9 +91,4 @@ in view: {_counted(facts["fitted"])}.
 {counts["missed"]} items."""
 
 
-def findings() -> str:
-    """Statements of 2006 about models, judged over a hundred sets of seeds."""
-    return findings_table(json.loads((KEPT / "findings.json").read_text(encoding="utf-8"))).strip()
-
-
-OF_PAGES = (answer, ten_models, table_7, verdict, findings)
+OF_PAGES = (ten_models, table_7, verdict)

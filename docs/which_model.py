@@ -9,7 +9,6 @@ from fragments import span, table
 import pneumo
 from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
-from pneumo.publish.text.formatting import with_interval
 from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.statistics.averages import at_n, best_n, concatenated
 from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINED_MODELS, REFINEMENT_STEPS
@@ -99,57 +98,4 @@ def numbers(levels: xr.Dataset, mse: xr.DataArray) -> dict[str, str]:
         "largest": str(M8.idxmax("experiment").item()),
         "largest percent": f"{100 * (M8.max() / M8.sum()).item():.0f}",
         **{f"n {level}": span(good.sel(level=level), "g") for level in LEVELS},
-    }
-
-
-def percent_with_interval(values: xr.DataArray) -> str:
-    """Fraction in per cent with its interval, from value, low and high."""
-    return "{:.0f} % ({:.0f} to {:.0f})".format(*100 * values.values)
-
-
-def cylinder_tables(runs: xr.Dataset) -> dict[str, str]:
-    """Tables of the random cylinders by name, from results/cylinders.nc."""
-    by_loop = []
-    for pair in runs["pair"].values:
-        for loop in runs["loop_of"].values:
-            ratios = runs["ratio"].sel(pair=pair, loop_of=loop)
-            cells = [with_interval(ratios.sel(criterion=c).values) for c in runs["criterion"].values]
-            below_one = runs["share"].sel(statement=f"{pair} < 1", loop_of=loop)
-            by_loop.append([pair, loop, *cells, percent_with_interval(below_one)])
-    exchange = runs.sel(group="exchange")
-    by_third = [
-        [f"{at['third_from']:.3g} to {at['third_to']:.3g}"]
-        + [with_interval(at["third_ratio"].sel(pair=pair).values) for pair in runs["pair"].values]
-        for third in runs["third"].values
-        for at in [exchange.sel(third=third)]
-    ]
-    heads = ["ratio", "loop", "of means", "geometric mean", "of mean ranks", "cylinders below one"]
-    return {
-        "exchange": table(["exchange", *runs["pair"].values], by_third),
-        "cylinders": table(heads, by_loop),
-    }
-
-
-def cylinder_numbers(runs: xr.Dataset) -> dict[str, str]:
-    """Numbers of the random cylinders by name, from results/cylinders.nc."""
-    much = runs.sel(group="exchange", third="highest")
-    enough = runs["share"].sel(statement="M6 enough")
-    below, above = runs["rule_model"].values
-    return {
-        "cylinders": f"{runs['held_out'].size:,}",
-        "runs": f"{runs['counts'].size:,}",
-        "compared": f"{(runs['held_out'] == 0).sum().item():,}",
-        "failed": f"{(runs['counts'] == 0).sum().item()}",
-        "rule threshold": f"{runs['rule_threshold'].item():.3g}",
-        "rule below": str(below),
-        "rule above": str(above),
-        "rule error": with_interval(runs["rule_error"].sel(choice="rule").values),
-        "rule always M8": with_interval(runs["rule_error"].sel(choice="M8").values),
-        "rule quotient": with_interval(runs["rule_quotient"].values, 3),
-        "much air": f"{much['third_from']:.3g}",
-        "M8/M7 much air": with_interval(much["third_ratio"].sel(pair="M8/M7").values),
-        **{
-            f"M6 enough {loop}": percent_with_interval(enough.sel(loop_of=loop))
-            for loop in ("open", "closed")
-        },
     }

@@ -7,10 +7,10 @@ logs it; position and pressures are logged with white noise and quantised.
 from typing import NamedTuple
 
 import numpy as np
+import random_plants as draw
 from scipy.interpolate import CubicHermiteSpline
 
 from pneumo.configuration.experiment import Drive, Plant
-from pneumo.evidence.random_cylinders import random_plants as draw
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.simulation.fitted_pressures import KUTTA, pressures_of_sets
 from pneumo.simulation.full_order import equilibrium, run

@@ -14,8 +14,6 @@ from pneumo.cli.cylinder_commands import check, init, study
 from pneumo.cli.fit_commands import fit, show
 from pneumo.cli.model_commands import export, linearise, models
 from pneumo.cli.paper_commands import (
-    assumptions,
-    ensemble,
     explain,
     figures,
     verdict,
@@ -34,7 +32,7 @@ app.add_typer(paper, name="paper")
 
 for command in (init, check, study, show, fit, rig, linearise, export, models):
     app.command()(command)
-for command in (verdict, explain, figures, assumptions, ensemble, verify):
+for command in (verdict, explain, figures, verify):
     paper.command()(command)
 
 

@@ -139,8 +139,7 @@ def _report(
 
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import save_study
-    from pneumo.publish.text.kept_sentences import kept_sentences
-    from pneumo.publish.text.terminal_tables import regime_text, study_tables
+    from pneumo.publish.text.terminal_tables import study_tables
     from pneumo.selection.answer import answers, next_command
     from pneumo.selection.plants import study_notes
 
@@ -150,8 +149,6 @@ def _report(
     console.print()
     for note in study_notes(chosen):
         console.print(note, markup=False)
-    for name, e in chosen.experiments.items():
-        console.print(f"{name}: {regime_text(e)}", markup=False)
     # With several k_0 the command names that of the first experiment: of one that was studied.
     ordered = configured._replace(experiments={**chosen.experiments, **configured.experiments})
     commands = [next_command(answer, ordered, files) for answer in of_cylinders]
@@ -160,8 +157,6 @@ def _report(
             console.print(table)
         for reason in dict.fromkeys(answer.ranking.left_out):  # once, where all runs are the same
             console.print(f"Left out: {reason}.", markup=False)
-    for sentences in kept_sentences():
-        console.print(sentences, markup=False)
     for answer, command in zip(of_cylinders, commands, strict=True):
         for advice in answer.advice:
             console.print(f"- {advice}", markup=False)

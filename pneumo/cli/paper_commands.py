@@ -18,17 +18,6 @@ Results = Annotated[Path, Option(help="folder of results")]
 OfPaper = Annotated[PaperName, Option("--paper", help="which paper")]
 
 
-def _evidence(results: Path, name: str, target: str) -> Path:
-    """Path of a file of evidence; `ResultError` if it is missing in a folder that the user named."""
-    from pneumo.errors import ResultError
-    from pneumo.storage.kept_evidence import evidence_file
-
-    file = evidence_file(results, name)
-    if file is None or (results != RESULTS and file.parent != results):
-        raise ResultError(f"{results / name}: no such file; `snakemake -j2 {target}` makes it")
-    return file
-
-
 def verdict(
     results: Results = RESULTS,
     paper: OfPaper = "2006",
@@ -133,48 +122,6 @@ def explain(
     errata = {name: erratum.model_dump() for name, erratum in judge.errata.items()}
     item = judge.judge(judge.claims.items[what[0]])
     return typer.echo(item_text(item, errata, read_statuses(judged.folder).get(what[0])))
-
-
-def assumptions(results: Results = RESULTS) -> None:
-    """Print how other assumptions change Tables 5, 7, 8 and 9."""
-    from pneumo.evidence.sensitivity.toggle_effects import toggle_effects
-    from pneumo.papers import PAPERS
-    from pneumo.publish.text.markdown_tables import assumptions_table
-    from pneumo.storage.files import read
-    from pneumo.verdict.claims import read_claims
-
-    reproduced = read(_evidence(results, "assumptions.nc", "evidence"), "reproduced")["reproduced"]
-    typer.echo(assumptions_table(toggle_effects(reproduced, read_claims(PAPERS / "2006"))), nl=False)
-
-
-def ensemble(
-    sampling: Annotated[
-        Literal["published", "exact"], Option(help="signal sampling in the table of pairs")
-    ] = "exact",
-    level: Annotated[str, Option(help="heat-transfer level in the table of pairs")] = "overall",
-    results: Results = RESULTS,
-) -> None:
-    """Print results of other seeds, and which statements hold.
-
-    Ratios of errors and how often one model beats another, with intervals.
-    """
-    import json
-
-    from rich.console import Console
-
-    from pneumo.errors import ResultError
-    from pneumo.publish.text.markdown_tables import findings_table
-    from pneumo.publish.text.terminal_tables import probability_table, ratio_table
-    from pneumo.storage.files import read, read_json
-
-    seeds = read(_evidence(results, "ensemble.nc", "ensemble"))
-    if level not in seeds["level"].values:
-        raise ResultError(f"level = {level[:50]!r}: must be one of {', '.join(seeds['level'].values)}")
-    console = Console()
-    console.print(ratio_table(seeds))
-    console.print(probability_table(seeds, sampling, level))
-    statements = json.loads(read_json(_evidence(results, "findings.json", "ensemble")))
-    console.print(findings_table(statements, headlines=False), markup=False, soft_wrap=True)
 
 
 def verify(

@@ -23,7 +23,6 @@ SOURCES = {  # of a mean square error in Figs 8 to 11 -> label
 # Experiments that single figures show: the example of the paper, and one in which the sampling of the signals
 # alone decides whether mixing pays.
 SHOWN = {"fig07": "E14", "traces": "E06"}
-AVERAGES = {"mean": "mean", "geometric": "geom. mean"}  # over experiments
 
 
 def shown(figure: str, experiments: Collection[str]) -> str:

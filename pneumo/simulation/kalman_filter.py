@@ -3,7 +3,6 @@
 It predicts by eq (3) and a reduced model or the full order, with one step of the midpoint rule per sample.
 """
 
-from math import log
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +17,6 @@ SIZE, LN_K_0 = len(STATES), 6
 # First estimate's standard deviations and steps of derivatives, as in kalman.c and in exported observers
 FIRST_PRESSURE = 2e4  # Pa, of either pressure
 FIRST_TEMPERATURE = 5.0  # K, likewise
-FIRST_LN_K_0 = log(2.7)  # the catalogue's interval
 DX, DV, DP, DT = 1e-4, 1e-2, 1e-3, 0.1  # strokes; m/s; P_0; K
 
 

@@ -22,11 +22,6 @@ def concatenated(grid: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({"mean_error": mean_error, "mse": mse, "variance": mse - mean_error**2})
 
 
-def rms_of(values: np.ndarray) -> float:
-    """Root mean square of all values."""
-    return float(np.sqrt(np.mean(np.square(values))))
-
-
 def best_n(mse: xr.DataArray) -> xr.DataArray:
     """The n at which the mean square error is lowest; NaN where the error at any n is NaN (a failed replay).
 

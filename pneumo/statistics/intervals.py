@@ -1,6 +1,6 @@
 """Confidence intervals: Student's, of geometric means and ratios, of fractions, and by the bootstrap."""
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit  # `scipy.stats` takes half a second to import
@@ -65,37 +65,3 @@ def student_interval(samples: np.ndarray) -> Interval:
 def paired_ratio(upper: np.ndarray, lower: np.ndarray) -> Interval:
     """Geometric mean of the ratios upper / lower of paired samples, with its 95 % interval."""
     return student_interval(np.log(upper / lower)).exponential()
-
-
-def fraction_interval(count: int, total: int, method: Literal["exact", "wilson"] = "exact") -> Interval:
-    """Fraction count / total of trials with its 95 % interval, exact (Clopper-Pearson) or Wilson's."""
-    from scipy.stats import binomtest
-
-    if not total:
-        return UNKNOWN
-    ends = binomtest(count, total).proportion_ci(CONFIDENCE, method=method)
-    return Interval(count / total, float(ends.low), float(ends.high))
-
-
-def quotient_interval(sums: np.ndarray, counts: np.ndarray) -> Interval:
-    """Sum of `sums` over sum of `counts`, over independent samples, with its 95 % bootstrap interval.
-
-    The ends are percentiles of the resampled quotients; NaN if fewer than `FEWEST` samples have a count
-    other than zero.
-    """
-    from scipy.stats import bootstrap
-
-    value = float(sums.sum() / counts.sum()) if counts.any() else np.nan
-    if np.count_nonzero(counts) < FEWEST:  # a resample might hold none of them
-        return Interval(value, np.nan, np.nan)
-    ends = bootstrap(
-        (sums, counts),
-        lambda s, c, axis: s.sum(axis) / c.sum(axis),
-        paired=True,
-        vectorized=True,
-        n_resamples=RESAMPLES,
-        confidence_level=CONFIDENCE,
-        method="percentile",
-        rng=np.random.default_rng(0),
-    ).confidence_interval
-    return Interval(value, float(ends.low), float(ends.high))

@@ -1,16 +1,10 @@
 """Pairs of models that are compared, and the criteria to compare by."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import xarray as xr
 
 REFINED_MODELS = ("M5", "M6", "M7", "M8", "M9", "M10")  # with the temperature law of eq (6)
-CRITERIA = {
-    "mean": "mean square error, averaged over experiments",
-    "geometric": "geometric mean over experiments of the mean square error",
-    "rank": "rank among the ten models, averaged over experiments",
-}
 
 
 class ModelPair(NamedTuple):
@@ -46,9 +40,3 @@ _SUMMARY_PAIRS = (
 )
 MODEL_PAIRS = {pair.name: pair for pair in _SUMMARY_PAIRS}
 REFINEMENT_PAIRS = tuple(MODEL_PAIRS)[:3]  # the first is the second, refined
-
-
-def pair_ratios(score: xr.DataArray, pairs: Sequence[str], dimension: str) -> xr.DataArray:
-    """Ratio of errors for each pair of models, along a new dimension; `pairs` are keys of `MODEL_PAIRS`."""
-    ratios = [MODEL_PAIRS[name].ratio(score) for name in pairs]
-    return xr.concat(ratios, xr.Variable(dimension, list(pairs)))

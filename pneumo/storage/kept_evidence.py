@@ -43,18 +43,13 @@ def unlike_list(folder: Path) -> list[str]:
     return sorted({line.partition("  ")[2] for line in listed ^ found})
 
 
-def made(file: Path, code_sha256: str) -> str:
-    """Text that says when and from which configuration a file of evidence was made.
-
-    "by earlier code" is added if `code_sha256`, the hash of the code now, is not the one in the file.
-    """
+def made(file: Path) -> str:
+    """Text that says when and from which configuration a file of evidence was made."""
     about = _about(file)
     day, configuration = about.get("date_created"), about["config_sha256"]
     parts = [f"made on {day}" if day else "made in this folder"]
     if not configuration.startswith(NO_CONFIGURATION):
         parts.append(f"from the configuration {configuration[:8]}")
-    if about["code_sha256"] != code_sha256:
-        parts.append("by earlier code")
     return f"{file.name}: {' '.join(parts)}"
 
 

@@ -92,8 +92,6 @@ def test_shell_completion_knows_the_commands():
         (["check", "none.yaml"], ["none.yaml", "cannot be read"]),
         (["check", str(ROOT / "README.md")], ["README.md", "YAML"]),
         (["check", str(ROOT / "config/smoke.yaml")], ["config/smoke.yaml", "gas: missing"]),
-        (["paper", "ensemble", "--results", "nowhere"], ["nowhere/ensemble.nc", "snakemake -j2 ensemble"]),
-        (["paper", "assumptions", "--results", "nowhere"], ["nowhere/assumptions.nc", "j2 evidence`"]),
         (["paper", "explain", "E99", "M8", "1"], ["results/published/replay/E99.nc", "no such file"]),
         (["paper", "verify"], ["holds no results"]),
     ],

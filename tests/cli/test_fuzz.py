@@ -25,7 +25,6 @@ from checkout import PNEUMO, ROOT
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import pneumo.evidence.sensitivity.refinement_variants
 import pneumo.fit.estimate
 import pneumo.papers.paper_2006.paper  # noqa: F401
 from pneumo.cli import commands as cli

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from paper_study import STUDY
 
-from pneumo.evidence.seeds.seed_sets import read_seed_sets
 from pneumo.papers.paper_2006.numbers_of_tables import TABLES, numbers_of_tables, printed_numbers
 from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.statistics.averages import OVERALL, at_n, concatenated, statistics
+from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.claims import read_claims
 
@@ -55,7 +55,7 @@ def test_two_suspected_misprints_are_undone_in_what_is_meant():
 
 
 def test_numbers_from_cells_are_those_of_the_statistics():
-    seeds = read_seed_sets(KEPT / "seed_sets.nc").sel(transport="published", model=list(PAPER_MODELS))
+    seeds = read(KEPT / "seed_sets.nc").sel(transport="published", model=list(PAPER_MODELS)).astype(float)
     seeds = seeds.isel(seeds=slice(2)).transpose("seeds", "experiment", "model", "n", "chamber")
     both = [seeds[name].squeeze("chamber").values for name in ("mean_error", "mse")]
     vectors = numbers_of_tables(*both, STUDY.n, seeds["experiment"].values.tolist(), LEVELS)

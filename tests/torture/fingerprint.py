@@ -1,4 +1,4 @@
-"""SHA-256 of what the core computes for a study, to compare processors: ``python -m tests.torture.fingerprint``.
+"""Print SHA-256 of what the core computes for a study, to compare processors.
 
 It needs no library but those of configuration and core, so it runs in an emulator of another processor too.
 """

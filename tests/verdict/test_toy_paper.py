@@ -66,7 +66,7 @@ pressure: {open: pressure, value: 101325, unit: Pa, basis: usual, alternatives: 
 """,
     "page.yaml": """
 {title: Water, authors: A. Toy, journal: J. Toys 1 (2030), doi: 10.0/0, how: Looked up;, decision: none,
- proofs: here, alternatives: none, search: water, commands: none, titles: {S1: Section 1},
+ proofs: here, search: water, commands: none, titles: {S1: Section 1},
  tables: {1: {caption: Water}}}
 """,
 }

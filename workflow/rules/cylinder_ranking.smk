@@ -24,7 +24,6 @@ rule ranking_page:
         parameters=rules.parameters.output[0],
         cells=expand(rules.ranking_cells.output[0], cylinder=USER_CYLINDERS),
         templates=page_templates("study.html.j2"),
-        quoted="pneumo/publish/text/kept_sentences.json",
     output:
         page="<results>/study.html",
     log:

@@ -1,18 +1,15 @@
-# Everything that there is -> the manuscript: `snakemake -j2 results/paper.pdf`, part of `snakemake -j2 evidence`.
-
-READ = ["identification.nc", "error_budget.nc", "floor.nc", "variants.nc", "cylinders.nc", "findings.json"]
-READ += ["contest.nc", "measured_air.nc", "partly_known.nc"]
+# Study and finished studies -> the manuscript: `snakemake -j2 results/paper.pdf`, part of `snakemake -j2 evidence`.
 
 
 rule manuscript:
     input:
-        results=[
-            rules.parameters.output[0],
-            rules.verdict.output[0],
-            rules.ensemble_statistics.output[0],
+        parameters=rules.parameters.output[0],
+        verdict=rules.verdict.output[0],
+        frozen="paper/manuscript/frozen.json",
+        figures=[
+            "<results>/figures/traces.svg",
+            *expand("paper/manuscript/figures/{name}.svg", name=["floor", "ensemble", "regimes"]),
         ],
-        evidence=lambda wildcards: [kept_or_made(RESULTS, STUDY, name) for name in READ],
-        figures=expand("<results>/figures/{name}.svg", name=["traces", "floor", "ensemble", "regimes"]),
         sources=[
             "paper/manuscript/style.typ",
             "paper/manuscript/references.bib",
@@ -25,7 +22,6 @@ rule manuscript:
     log:
         "<results>/logs/manuscript.log",
     params:
-        code_now=code_now(*[name for name in READ if name in EVIDENCE_CODE]),
         code=code_behind("manuscript.py"),
     message:
         "Manuscript as PDF"

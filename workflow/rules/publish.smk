@@ -61,16 +61,13 @@ rule report:
         replays=rules.replay.output,  # with traces
         statistics=rules.statistics.output,
         verdict=[] if USER_CYLINDERS else [rules.verdict.output.judged],
+        findings=[] if USER_CYLINDERS else evidence_for(RESULTS, STUDY, "findings.json"),
         templates=page_templates("report.html.j2"),
-        quoted="pneumo/publish/text/kept_sentences.json",
     output:
         page=report("<results>/report.html", caption="../captions/report.rst", category="Pages"),
     log:
         "<results>/logs/report.log",
     params:
-        # What is there is shown. As inputs, these would bring the whole ensemble and all evidence with them.
-        findings={} if USER_CYLINDERS else fingerprints(evidence_for(RESULTS, STUDY, "findings.json")),
-        code_now=code_behind("findings.py"),
         manuscript=exists(f"{RESULTS}/paper.pdf"),
         code=code_behind("report.py"),
     message:

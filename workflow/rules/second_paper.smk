@@ -27,6 +27,7 @@ rule simulated_example:
 
 rule verdict_2007:
     input:
+        evidence=[],
         example=rules.simulated_example.output.response,
         claims="paper/2007/claims.yaml",
         errata="paper/2007/errata.yaml",
@@ -42,7 +43,6 @@ rule verdict_2007:
         "<results>/logs/verdict_2007.log",
     params:
         name="2007",
-        code_now={},
         code=code_behind("verdict.py", "pneumo.papers.paper_2007.paper"),
     message:
         "Verdict on the paper of 2007, and its page"

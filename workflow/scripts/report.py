@@ -12,17 +12,16 @@ from pneumo.storage.kept_evidence import made
 def main(
     parameters: Path,
     verdict: list[Path],
-    findings: dict[str, str],
-    code_now: str,
+    findings: list[Path],
     manuscript: bool,
     page: Path,
 ) -> None:
-    """Write the page; `verdict` lists at most one file, `findings` has the hash of at most one."""
+    """Write the page; `verdict` and `findings` list at most one file each."""
     study, statements = read_study(parameters), None
     judged = json.loads(read_json(verdict[0])) if verdict else None
     for file in findings:
         statements = json.loads(read_json(file))
-        statements["note"] += f" {made(Path(file), code_now)}."
+        statements["note"] += f" {made(file)}."
     text = report_page(study, stored_parts(study, parameters.parent), judged, statements, manuscript)
     write_text(text, page)
 

@@ -1,7 +1,6 @@
 """Judge every published number and claim of a paper, and write the verdict as a page."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 
 from pneumo.jobs.wrapper import run_job
@@ -12,11 +11,11 @@ from pneumo.storage.kept_evidence import made
 from pneumo.verdict.judging import verdict
 
 
-def main(name: PaperName, claims: Path, code_now: Mapping[str, str], judged: Path, page: Path) -> None:
+def main(name: PaperName, claims: Path, evidence: list[Path], judged: Path, page: Path) -> None:
     content = verdict(judged.parent, paper(name)._replace(folder=claims.parent))
     text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
     write_json(text, judged)
-    rests_on = [made(Path(file), code) for file, code in code_now.items()]
+    rests_on = [made(file) for file in evidence]
     write_text(verdict_page(json.loads(text), claims.parent, rests_on), page)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from pneumo.publish.style import DOUBLE_MM, axis_label, fitting, new_figure
 
@@ -57,13 +57,6 @@ def every_decade(axis: Axis) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def fixed_ticks(axis: Axis, ticks: Sequence[float]) -> None:
-    """Label the axis at `ticks` only, without exponents; minor ticks have no label."""
-    axis.set_major_locator(FixedLocator(ticks))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
-
-
 def model_ticks(ax: Axes, models: Sequence[str]) -> None:
     """Label the places 0, 1, 2 ... of the x axis with the models' names."""
     ax.set_xticks(np.arange(len(models)), [symbol(model) for model in models])
@@ -75,18 +68,3 @@ def model_ticks(ax: Axes, models: Sequence[str]) -> None:
 def legend_outside(fig: Figure, ax: Axes, columns: int, loc: Place = ABOVE, **keywords: Any) -> None:
     """Put the legend of a panel above or below the figure; `keywords` go to `Figure.legend`."""
     fig.legend(*ax.get_legend_handles_labels(), loc=loc, ncols=fitting(columns), **keywords)
-
-
-def row_panel(ax: Axes, title: str) -> None:
-    """Prepare a panel whose rows are named at the left of the figure."""
-    ax.set_title(title)
-    ax.grid(axis="x")
-    ax.tick_params(axis="y", length=0)
-    ax.spines["left"].set_visible(False)
-
-
-def name_rows(fig: Figure, ax: Axes, y: np.ndarray, names: Sequence[str], xlabel: str) -> None:
-    """Write row names at `y`, left of the first panel, inside the page; label the common x axis."""
-    ax.set_yticks(y, names)
-    fig.supxlabel(xlabel, fontsize=8.5)
-    fig.set_layout_engine("constrained", w_pad=0.08)

@@ -15,7 +15,6 @@ from pneumo.publish.model_looks import FIRST_SHOWN, MODEL_LOOKS, on_dark
 from pneumo.publish.pages.packing import FRACTION, packed, rounded, rounding_step
 from pneumo.publish.pages.page import STATUS_LOOKS, page_text
 from pneumo.publish.text.formatting import KILO
-from pneumo.publish.text.kept_sentences import kept_sentences
 from pneumo.storage.files import read
 from pneumo.storage.layout import CHAMBERS, failure_text
 from pneumo.storage.trace_layout import (
@@ -250,5 +249,4 @@ def report_page(
         findings=findings,
         stands=STANDS,
         manuscript=manuscript,
-        quoted=kept_sentences(),
     )

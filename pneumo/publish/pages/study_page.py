@@ -12,7 +12,6 @@ from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
 from pneumo.publish.text.formatting import KILO, percent_text
-from pneumo.publish.text.kept_sentences import kept_sentences
 from pneumo.publish.text.terminal_tables import (
     CONTEST_TITLE,
     STUDY_HEADS,
@@ -20,7 +19,6 @@ from pneumo.publish.text.terminal_tables import (
     contest_heads,
     gain_text,
     ranking_cells,
-    regime_text,
 )
 from pneumo.selection.answer import Answer, next_command
 from pneumo.selection.cylinder_ranking import TITLE, save_cells
@@ -46,7 +44,6 @@ def study_page(
         (
             answer,
             command,
-            _regimes(study, answer.ranking),
             _pictures(cells, answer),
             _inputs(study, answer.ranking),
         )
@@ -66,13 +63,7 @@ def study_page(
         confidence=percent_text(CONFIDENCE),
         material=percent_text(MATERIAL),
         kilo=KILO,
-        quoted=kept_sentences(),
     )
-
-
-def _regimes(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
-    """Dimensionless groups of each experiment as (name, text)."""
-    return [(name, regime_text(study.experiments[name])) for name in ranking.experiments]
 
 
 def _pictures(cells: xr.Dataset, answer: Answer) -> list[tuple[str, str]]:
@@ -130,7 +121,7 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
     for e in experiments:
         length = f"{e.duration:g} s in steps of {e.h:g} s"
         text = f"{e.loop} loop, {e.excitation.signal} signal, k_0 = {e.plant.k_0:.4g} W/K, {length}"
-        inputs.append((e.name, f"{text}; {regime_text(e)}"))
+        inputs.append((e.name, text))
     return inputs
 
 

@@ -52,7 +52,6 @@ class Page(Entry):
     decision: str  # file that defines the tolerance classes
     narrowed: str = ""  # file that narrowed them once results were known
     proofs: str  # module of the proofs of errata
-    alternatives: str  # text on the effects of alternative assumptions, if they were not run
     search: str  # examples of what to search for
     commands: str
     others: Mapping[str, str] = {}  # names and addresses of other verdicts

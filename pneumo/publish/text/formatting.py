@@ -1,7 +1,5 @@
 """Numbers as text, for tables, pages and the manuscript."""
 
-from collections.abc import Iterable
-
 import numpy as np
 
 KILO = 1e3
@@ -31,12 +29,6 @@ def ends_text(low: float, high: float) -> str:
     if not 0 < low < np.inf:
         return f"at most {significant(high)}" if 0 < high < np.inf else "not determined"
     return f"{significant(low)} to {significant(high)}" if high < np.inf else f"at least {significant(low)}"
-
-
-def with_interval(ends: Iterable[float], digits: int = 2) -> str:
-    """Write a value with its interval, from (value, low, high), as in ``0.18 (0.17 to 0.19)``."""
-    value, low, high = ends
-    return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
 def span_text(values: np.ndarray, digits: int = 2) -> str:

@@ -1,39 +1,25 @@
 """The manuscript as PDF: its numbers from results, its text and layout in ``paper/manuscript``.
 
-`manuscript_numbers` returns every number of the text; the Typst source reads them from a JSON file, none is
-typed there.
+The Typst source reads every number from a JSON file, none is typed there.
 """
 
 import json
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import typst
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.study_json import from_json
-from pneumo.equations.system import FULL_ORDER
-from pneumo.evidence.random_cylinders.contest_statistics import LIMIT, answer
-from pneumo.evidence.sensitivity.alternatives import INLET
-from pneumo.export.step_cost import step_costs
-from pneumo.papers.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
-from pneumo.publish.text.formatting import percent_text, with_interval
-from pneumo.publish.text.todays_answer import todays_answer
+from pneumo.publish.text.formatting import percent_text
 from pneumo.simulation.signals import EXACT, STUDY_SAMPLINGS
 from pneumo.statistics.intervals import CONFIDENCE
-from pneumo.statistics.model_pairs import REFINEMENT_PAIRS
-from pneumo.statistics.ranking import MATERIAL
-from pneumo.storage.files import atomic, read, read_json
+from pneumo.storage.files import atomic, read_json
 
-QUOTED = ("M7", "M8", "M10")  # models whose error budget the text quotes: section 4 ranks these
-ENDS = ("value", "low", "high")
-STATED = ("claim", "published", "exact", "interval", "stands", "why")  # keys of a statement about models
 CLAIMED = {  # printed numbers quoted in the text -> item of the verdict
     "of_M6": "S4.M7_40",
     "of_classical": "S4.M7_10",
@@ -43,50 +29,16 @@ CLAIMED = {  # printed numbers quoted in the text -> item of the verdict
 }
 
 
-def manuscript_numbers(results: Iterable[Path]) -> dict[str, Any]:
-    """Return every number of the manuscript as text, by section; lists are rows of tables.
+def manuscript_numbers(parameters: Path, verdict: Path) -> dict[str, Any]:
+    """Numbers of the study and its verdict as text, by section; lists are rows of tables.
 
-    `results` are files of results and evidence, chosen by their names.
+    Those of finished studies are in paper/manuscript/frozen.json.
     """
-    files = {file.name: file for file in results}
-    study = from_json(read_json(files["parameters.json"]))
-    verdict = json.loads(read_json(files["verdict.json"]))
-    claims = json.loads(read_json(files["findings.json"]))["claims"]
-    answers = [row["stands"] for row in claims]
     return {
         "confidence": percent_text(CONFIDENCE),
-        "setup": _setup(study),
-        "verdict": _verdict(verdict),
-        "identified": _identified(read(files["identification.nc"])),
-        "budget": _budget(read(files["error_budget.nc"])),
-        "ensemble": _ensemble(read(files["ensemble.nc"])),
-        "floor": _floor(read(files["floor.nc"])),
-        "variants": _variants(read(files["variants.nc"], "ratio", "share", "counted")),
-        "cylinders": _cylinders(read(files["cylinders.nc"])),
-        "contest": _contest(
-            *(read(files[f"{name}.nc"]) for name in ("contest", "measured_air", "partly_known"))
-        ),
-        "statements": [{key: row[key] for key in STATED} for row in claims if row["headline"]],
-        "standing": {answer: str(answers.count(answer)) for answer in ("yes", "in part", "depends", "no")}
-        | {"all": str(len(answers))},
+        "setup": _setup(from_json(read_json(parameters))),
+        "verdict": _verdict(json.loads(read_json(verdict))),
         "models": [_model(name) for name in MODELS],
-    }
-
-
-def _contest(contest: xr.Dataset, air: xr.Dataset, partly_known: xr.Dataset) -> dict[str, Any]:
-    costs = step_costs()
-    full, model, polynomial = (costs[row].instructions for row in (FULL_ORDER, "M8", "M8 with a polynomial"))
-    words = [
-        {key: re.sub("[*`]", "", cell) for key, cell in row._asdict().items()}
-        for row in todays_answer(contest, air, partly_known)
-    ]
-    return {
-        "cylinders": str(contest.sizes["cylinder"]),
-        "held_out": str(contest["cylinders"].sel(part="all").item()),
-        "limit": f"{LIMIT:g}",
-        "answer": answer(contest),
-        "cost": {"as exported": f"{full / model:.2f}", "polynomial": f"{full / polynomial:.2f}"},
-        "advice": words,
     }
 
 
@@ -167,129 +119,9 @@ def _texts(numbers: Mapping[str, int]) -> dict[str, str]:
     return {"all" if name == "items" else name: str(number) for name, number in numbers.items()}
 
 
-def _identified(identified: xr.Dataset) -> dict[str, Any]:
-    def text(cylinder: str, name: str, digits: int) -> str:
-        part = identified.sel(cylinder=cylinder, parameter=name)
-        return with_interval([part[key].item() for key in ("estimate", "low", "high")], digits)
-
-    shown = {"M": 2, "k_f": 0, "stop": 2}  # digits after the point
-    cylinders = identified["cylinder"].values
-    return {cylinder: {name: text(cylinder, name, shown[name]) for name in shown} for cylinder in cylinders}
-
-
-def _budget(budget: xr.Dataset) -> dict[str, Any]:
-    def rms(level: str, model: str) -> dict[str, str]:
-        cell = budget.sel(level=level, model=model)
-        mse = {part: cell[f"level_{part}_error"].item() for part in ("model", "transport")}
-        return {part: f"{value**0.5 / 1e3:.2f} kPa" for part, value in mse.items()}
-
-    return {level: {model: rms(level, model) for model in QUOTED} for level in LEVELS}
-
-
-def _ensemble(ensemble: xr.Dataset) -> dict[str, Any]:
-    def ratios(pair: str, level: str) -> dict[str, str]:
-        at = ensemble.sel(ratio=pair, level=level)
-        return {
-            f"{transport} {averaged}": with_interval(
-                [at[f"ratio_{end}"].sel(transport=transport, averaged=averaged).item() for end in ENDS], 2
-            )
-            for transport in STUDY_SAMPLINGS
-            for averaged in ("mean", "geometric")
-        }
-
-    least = ensemble["ratio_resolvable"].sel(ratio="M8/M7", level="overall", averaged="mean")
-    extremes = ensemble["experiment_ratio_value"]
-    return {
-        "sets": str(ensemble["seed_sets"].item()),
-        "failed": str(int(ensemble["failed_sets"].sum())),
-        "rows": [
-            {"ratio": pair, "level": level} | ratios(pair, level)
-            for pair in REFINEMENT_PAIRS
-            for level in (*LEVELS, "overall")
-        ],
-        "resolvable": {name: percent_text(least.sel(transport=name).item() - 1) for name in STUDY_SAMPLINGS},
-        "extremes": {
-            pair: {name: _span(extremes.sel(ratio=pair, transport=name)) for name in STUDY_SAMPLINGS}
-            for pair in (*REFINEMENT_PAIRS, "M6/M7")
-        },
-    }
-
-
 def _span(values: ArrayLike, digits: int = 2) -> dict[str, str]:
     """Lowest and highest value as text."""
     return {"lowest": f"{np.min(values):.{digits}f}", "highest": f"{np.max(values):.{digits}f}"}
-
-
-def _floor(floor: xr.Dataset) -> dict[str, Any]:
-    """Ratios of theory and formula to the measured floor, over all experiments and times between samples."""
-    ms = 1e3 * floor["period"]
-    linear = floor.sel(transport="linear")
-    formula, at_1_ms = linear["formula"] / linear["measured"], linear["measured"].sel(period=1e-3)
-    return {
-        "experiments": str(floor.sizes["experiment"]),
-        "shortest": f"{ms.min().item():g} ms",
-        "longest": f"{ms.max().item():g} ms",
-        "theory": _span(floor["predicted"] / floor["measured"]),
-        "formula": _span(formula),
-        "formula_open": _span(formula.isel(experiment=floor["loop"].values == "open")),
-        "lowest": f"{at_1_ms.min().item():.0f} Pa",
-        "highest": f"{at_1_ms.max().item():.0f} Pa",
-    }
-
-
-def _variants(variants: xr.Dataset) -> dict[str, Any]:
-    """Number of alternatives under which each refinement pays; exact signals, mean over experiments."""
-    ratios = variants.sel(transport=EXACT, criterion="mean")
-    inlet = ratios["ratio"].sel(pair="M8/M7", alternative=["inlet.colder", "inlet.warmer"])
-
-    def pays(**labels: str) -> str:
-        cell = ratios[["counted", "share"]].sel(labels)
-        return f"{round((cell['share'] * cell['counted']).item())} of {cell['counted'].item():.0f}"
-
-    return {
-        "rows": [
-            {"pair": p} | {level: pays(pair=p, level=level) for level in LEVELS} for p in REFINEMENT_PAIRS
-        ],
-        "inlet": _span(inlet, 1),
-        "inlet_step": f"{INLET:g} K",
-    }
-
-
-def _cylinders(runs: xr.Dataset) -> dict[str, Any]:
-    """Ratios of mean square errors over random cylinders, and fractions of the cylinders, with intervals."""
-
-    def fraction(statement: str, loop: str) -> str:
-        ends = runs["share"].sel(statement=statement, loop_of=loop).values
-        value, low, high = map(percent_text, ends)
-        return f"{value} ({low} to {high})"
-
-    def ratio(name: str, **labels: str) -> str:
-        return with_interval(runs[name].sel(labels).values, 2)
-
-    thirds = {"below": "lowest", "middle": "middle", "above": "highest"}
-    exchange = {"group": "exchange"}
-    return {
-        "compared": str(int((runs["held_out"] == 0).sum())),
-        "within": percent_text(MATERIAL),
-        "rows": [
-            {"pair": pair, "loop": loop, "share": fraction(f"{pair} < 1", loop)}
-            | {
-                criterion: ratio("ratio", pair=pair, loop_of=loop, criterion=criterion)
-                for criterion in runs["criterion"].values
-            }
-            for pair in REFINEMENT_PAIRS
-            for loop in runs["loop_of"].values
-        ],
-        "exchange": {
-            "much": f"{runs['third_from'].sel(exchange | {'third': 'highest'}).item():.2g}",
-            **{
-                place: {p: ratio("third_ratio", **exchange, third=third, pair=p) for p in REFINEMENT_PAIRS}
-                for place, third in thirds.items()
-            },
-        },
-        "enough": fraction("M6 enough", "both"),
-        "failed": str(int((runs["counts"] == 0).sum())),
-    }
 
 
 def compile_pdf(source: Path, root: Path, output: Path) -> None:

@@ -1,6 +1,5 @@
 """Tables for the terminal; pages show the rows of some of them too."""
 
-import itertools
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -11,15 +10,11 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from pneumo.configuration.experiment import Experiment
-from pneumo.evidence.random_cylinders.dimensionless_groups import known_groups
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
 from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
-from pneumo.publish.labels import AVERAGES, STUDY_SAMPLING
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.selection.answer import Answer, Contender
 from pneumo.statistics.intervals import CONFIDENCE, Interval
-from pneumo.statistics.model_pairs import CRITERIA, REFINED_MODELS
 from pneumo.statistics.ranking import RankedModel
 from pneumo.statistics.robust_choice import FULL_ORDER as NO_REDUCED_MODEL
 from pneumo.statistics.robust_choice import UnknownConductance
@@ -81,12 +76,6 @@ def gain_text(percent: Interval) -> str:
         return "–"
     interval = f" ({percent.low:.0f} to {percent.high:.0f})" if percent.known else ""
     return f"{percent.value:.0f} %{interval}"
-
-
-def regime_text(experiment: Experiment) -> str:
-    """Text with an experiment's groups `thermal` and `exchange`, the axes of the map of regimes."""
-    groups = known_groups(experiment)
-    return f"thermal {groups['thermal']:.3g}, exchange {groups['exchange']:.3g}"
 
 
 def contest_heads(robust: UnknownConductance) -> list[str]:
@@ -320,43 +309,3 @@ def rig_tables(result: xr.Dataset) -> list[Table]:
         _table("RMS errors", RIG_ERRORS, errors),
         _table("Estimates", RIG_ESTIMATES, estimates),
     ]
-
-
-# --- pneumo paper ensemble -------------------------------------------------------------------------
-
-
-def ratio_table(ensemble: xr.Dataset) -> Table:
-    """Ratios of mean square errors of ``results/ensemble.nc`` per level, with intervals, in 80 columns."""
-    title = "Ratio of mean square errors, [95 % interval]; seed: smallest change that one seed shows"
-    table = Table("models", "level", "average", title=title, box=box.SIMPLE_HEAD, padding=0)
-    for head in STUDY_SAMPLING.values():
-        table.add_column(head.replace("signals as ", "signals as\n"), justify="right", no_wrap=True)
-        table.add_column("seed", justify="right")
-    dimensions = (ensemble["ratio"].values, ensemble["level"].values, AVERAGES.items())
-    for ratio, level, (averaged, head) in itertools.product(*dimensions):
-        cells: list[str] = []
-        for transport in STUDY_SAMPLING:
-            at = ensemble.sel(ratio=ratio, level=level, averaged=averaged, transport=transport)
-            names = ("value", "low", "high", "resolvable")
-            value, low, high, least = (at[f"ratio_{name}"].item() for name in names)
-            cells += [f"{value:.3f} [{low:.3f}, {high:.3f}]", f"{100 * (least - 1):.0f} %"]
-        table.add_row(ratio, level, head.removesuffix(" mean"), *cells)
-    return table
-
-
-def probability_table(ensemble: xr.Dataset, transport: str, level: str) -> Table:
-    """Fraction of seed sets in which the first model of each pair has the lower error, by criterion."""
-    models = REFINED_MODELS
-    sets = ensemble["seed_sets"].item()
-    title = f"Of {sets} seed sets, per cent in which the row beats the column; {STUDY_SAMPLING[transport]}"
-    caption = "* difference not significant (Holm, 5 %)"
-    table = Table("criterion", "model", *models, title=f"{title}, {level}", caption=caption)
-    for criterion, model in itertools.product(CRITERIA, models):
-        ratios = ensemble.sel(criterion=criterion, transport=transport, level=level, model=model)
-        cells: list[str] = []
-        for other in models:
-            at = ratios.sel(other=other)
-            mark = "" if at["resolved"].item() else " *"
-            cells.append("" if model == other else f"{100 * at['probability'].item():.0f}{mark}")
-        table.add_row(criterion, model, *cells)
-    return table

@@ -1,1 +1,0 @@
-"""Random cylinders of catalogue sizes: runs, regimes, the direct rule."""

@@ -1,1 +1,0 @@
-"""The study with other seeds of its random signals."""

@@ -1,1 +1,0 @@
-"""Results under other assumptions, other physics and known mistakes."""
