@@ -122,7 +122,7 @@ lint: .venv/.dev  ## check style, types, import contracts and the workflow
 	zizmor --offline --no-progress --quiet .github
 	$(cog) --check --check-fail-msg="run: make numbers" README.md
 	snakefmt --check Snakefile workflow
-	# Of snakemake --lint all is heeded but "an environment per rule": see paper/decisions/0003.
+	# Of snakemake --lint all is heeded but "an environment per rule": see decision 3.
 	snakemake --dry-run --quiet all > /dev/null
 	if (snakemake --lint 2>&1 || true) | grep '^ *\* ' | grep -v 'Specify a conda environment or container'; then exit 1; fi
 

@@ -35,12 +35,11 @@ author = "pneumo developers"
 version = release = version_of("pneumo")
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
-exclude_patterns = ["static", "decisions/README.md"]
+exclude_patterns = ["static"]
 
 myst_enable_extensions = ["colon_fence", "dollarmath", "substitution"]
 myst_heading_anchors = 3
 myst_substitutions = {
-    "decisions": fragments.decisions(),
     **fragments.stored_numbers(),
     **fragments.stored_numbers("frozen.yaml"),
     "blocks": {make.__name__: make() for make in readme_blocks.OF_PAGES},
@@ -124,13 +123,6 @@ def spread_notebooks(_app: Sphinx, _environment: BuildEnvironment, names: list[s
         names.insert(number * distance, name)
 
 
-def leave_out_of_search(app: Sphinx, _doctree: nodes.document) -> None:
-    """Leave decisions out of the search: a reader's words would find them before the pages that explain."""
-    page = app.env.current_document.docname
-    if page.startswith("decisions/"):
-        app.env.metadata[page]["nosearch"] = True
-
-
 # What axe asks for and the theme lacks: level of headings, names of landmarks, scrolling by keyboard.
 ACCESSIBLE = {
     '<p class="caption" role="heading">': '<p class="caption" role="heading" aria-level="2">',
@@ -156,7 +148,6 @@ def setup(app: Sphinx) -> None:
     app.add_html_math_renderer("mathml", (inline_formula, None), (formula, None))
     app.connect("env-before-read-docs", spread_notebooks)
     app.connect("source-read", link_notebook)
-    app.connect("doctree-read", leave_out_of_search)
     app.connect("build-finished", make_accessible)
 
 

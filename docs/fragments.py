@@ -47,13 +47,6 @@ def stored_numbers(file: str = NUMBERS.name) -> dict[str, dict[str, Any]]:
     return yaml.safe_load(NUMBERS.with_name(file).read_text(encoding="utf-8"))
 
 
-def decisions() -> str:
-    """Index of the decisions by subject, from paper/decisions/README.md, with links to the site's pages."""
-    text = (PAPER_2006.folder.parent / "decisions/README.md").read_text(encoding="utf-8").partition("\n\n")[2]
-    text = re.sub(r"^## (.*)$", r"**\1**", text, flags=re.MULTILINE)
-    return re.sub(r"\[(\d+)\]\((.*)\.md\)", r"{doc}`\1 <decisions/\2>`", text)
-
-
 def errata() -> dict[str, str]:
     """A box for every entry of paper/2006/errata.yaml, by name, with the outcome of its proof."""
     return {

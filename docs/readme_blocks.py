@@ -79,7 +79,7 @@ def verdict() -> str:
     ]
     power = "An item that no known mistake would lose counts as set-up."
     return f"""\
-{counts["items"]} items, by status and kind of evidence ({{doc}}`decisions/0038-kinds-of-evidence`):
+{counts["items"]} items, by status and kind of evidence ([decision 38](decisions.md)):
 
 {table(["status", "items", *by_basis, "meaning"], [map(str, row) for row in rows])}
 

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent
-# They open, lock, write and refuse files: no number of a result depends on them (paper/decisions/0110).
+# They open, lock, write and refuse files: no number of a result depends on them (decision 110).
 WITHOUT_NUMBERS = {
     *(
         "pneumo.errors",

@@ -23,8 +23,8 @@ from pneumo.verdict.errata import read_errata
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"
 PAGES = sorted(DOCS.glob("*.md"))
-# Pages of the site without a source of their own in docs; decisions are alike, so one of them.
-GENERATED = ("search", "genindex", "py-modindex", "decisions/0155-how-a-fit-is-judged")
+# Pages of the site without a source of their own in docs.
+GENERATED = ("search", "genindex", "py-modindex")
 
 # What an example of a shell says but no test runs, by its first words, and why.
 NOT_RUN = {

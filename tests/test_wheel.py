@@ -15,7 +15,7 @@ import pneumo
 
 pytestmark = pytest.mark.wheel
 
-MOST_MEGABYTES = 850  # without pip, compiled as pip does (paper/decisions/0055)
+MOST_MEGABYTES = 850  # without pip, compiled as pip does (decision 55)
 MOST_UNCOMPILED = 650  # as `pip install --no-compile` leaves it
 QUICK = "n: [1.2, 1.3]\nrun: {seeds: 1, duration_limit_s: 0.3}\n"
 RECORD = """

@@ -67,7 +67,7 @@ def settling_time(series: np.ndarray, final: float, change: float, h: float) -> 
 def settling_times(free: np.ndarray, T_amb: float, h: float) -> np.ndarray:
     """Settling times of P_A, P_B, T_A, T_B after the release, s; NaN where one has not settled.
 
-    `free` holds the six states at every step from the release on, h s apart. ASSUME (paper/decisions/0035):
+    `free` holds the six states at every step from the release on, h s apart. ASSUME (decision 35):
     a pressure settles to its last value, within 1 per cent of its change since the release; a temperature
     settles to T_amb, within 1 per cent of its largest deviation from it.
     """

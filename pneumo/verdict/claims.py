@@ -51,7 +51,7 @@ READ_OFF = "read_off"  # tolerance class of numbers read off a figure
 
 
 class ToleranceClass(Entry):
-    """A tolerance class, as decided in ``paper/decisions/0010`` and ``0039``."""
+    """A tolerance class, as decided in decisions 10 and 39."""
 
     limit: float  # largest deviation at which an item is still close
     # Fraction of the standard deviation over seeds: a number is close if it differs from the printed one by

@@ -1,6 +1,6 @@
 """Computed numbers and truth values compared with printed ones; deviations expressed in words.
 
-The rules are in ``paper/decisions/0010-tolerance-classes.md`` and ``0039-tolerances-from-seeds.md``.
+The rules are in decisions 10 and 39.
 """
 
 import math

@@ -228,7 +228,7 @@ def test_a_piston_that_waits_at_its_stops_with_an_open_valve_is_no_obstacle():
     found = fit_measurement(measurement, template, ["M8"])
     own = found.data["estimate"].sel(model="full")
     k_0, k_xu, V_d = (own.sel(parameter=name).item() for name in ("k_0", "k_xu", "V_d_A"))
-    # paper/decisions/0058: what such a record tells of k_0; the valve it tells well.
+    # decision 58: what such a record tells of k_0; the valve it tells well.
     assert k_0 == pytest.approx(0.3, rel=0.35)
     assert (k_xu, V_d) == pytest.approx((rig.valve.k_xu, rig.cylinder.V_d_A), rel=0.02)
     assert found.data["rms_held_out"].sel(model="full").values == pytest.approx(1e3, rel=0.1)

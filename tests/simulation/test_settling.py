@@ -147,7 +147,7 @@ def test_valves_stay_shut_in_open_loop(name):
 @pytest.mark.parametrize(
     ("name", "quantities", "rtol", "atol"),
     [
-        # Masses, friction, forces and stops are round numbers from Table 5 itself (paper/decisions/0035).
+        # Masses, friction, forces and stops are round numbers from Table 5 itself (decision 35).
         *((f"E{i:02}", slice(None), 0.005, 0.0) for i in (*range(1, 4), *range(5, 8), *range(9, 12), 15, 16)),
         # Temperatures of D are set by the wall, which Table 4 gives to three digits.
         *((name, slice(2, None), 0.001, 0.0) for name in ("E01", "E02", "E05", "E06", "E10", "E14")),

@@ -43,33 +43,7 @@ def test_every_cell_of_tables_and_figures_is_an_item():
 NARROWED = ("mse", "sigma", "fraction", "mu", "best_n", "statement", "decade")  # by seed deviations
 
 
-def decision(name: str) -> str:
-    """Text of a decision, as one line."""
-    return " ".join((ROOT / f"paper/decisions/{name}.md").read_text(encoding="utf-8").split())
-
-
-def classes_of_the_decisions() -> dict[str, tuple[float, str]]:
-    """Class -> (limit, measure) from decision 10, and from sentences of decisions 37 and 39."""
-    words = {"": "absolute", "of the row's printed sigma": "sigma"}
-    words |= {"of the swing": "swing", "of log10": "log10"}
-    ends = "|".join(map(re.escape, filter(None, words)))
-    limits = re.findall(rf"`(\w+)` (\d[\d.e-]*)( %)? ?({ends})?", decision("0010-tolerance-classes"))
-    classes = {}
-    for name, number, percent, after in limits:
-        measure = "relative" if percent and not after else words[after]
-        classes[name] = (float(number) / (100 if percent else 1), "truth" if name == "statement" else measure)
-    limits = r"met \(`exact`\) within (\d) sigma,.*`close` within (\d) sigma"
-    exact, close = re.search(limits, decision("0037-figures-judged")).groups()
-    assert exact == "2"
-    settling = float(re.search(r"`settling` (\d) % or 1 ms", decision("0039-tolerances-from-seeds"))[1]) / 100
-    assert settling < classes["settling"][0]
-    classes |= {"read_off": (float(close), "sigma"), "settling": (settling, "relative")}
-    return classes | {"best_n": (classes["best_n"][0], "index")}
-
-
-def test_classes_are_those_of_the_decisions_and_every_status_is_recorded():
-    tolerances = {name: (tolerance.limit, tolerance.measure) for name, tolerance in CLAIMS.classes.items()}
-    assert tolerances == classes_of_the_decisions()
+def test_tolerances_are_narrowed_by_seeds_and_every_status_is_recorded():
     assert CLAIMS.classes["settling"].floor == 0.001
     seeds = {name: tolerance.seeds for name, tolerance in CLAIMS.classes.items() if tolerance.seeds}
     assert seeds == dict.fromkeys(NARROWED, 0.25) and CLAIMS.classes["mu"].signed

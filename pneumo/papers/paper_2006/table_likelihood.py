@@ -1,7 +1,7 @@
 """Deviation of the numbers of Tables 7, 8, 9 and Figs 9, 11 from print, against the spread over seeds.
 
 The covariance of the 288 numbers is that over the sets of seeds plus that of printing or reading:
-paper/decisions/0067.
+decision 67.
 """
 
 import math

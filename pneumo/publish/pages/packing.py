@@ -1,6 +1,6 @@
 """Time traces as text for a page: rounded to a stated step, differenced, deflated, in base64.
 
-`templates/report_traces.js` unpacks them; reasons and sizes: paper/decisions/0030.
+`templates/report_traces.js` unpacks them; reasons and sizes: decision 30.
 """
 
 import base64
