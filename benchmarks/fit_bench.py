@@ -31,18 +31,19 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import yaml
 
 from benchmarks.bench_rig import P_ATM, POSITION_NOISE, U_MAX, Rig, bench_record, drawn_rig, purpose_rig
-from benchmarks.disturbances import DISTURBANCES, SINGLE, Columns, Disturbance, scaled
+from benchmarks.disturbances import DISTURBANCES, SINGLE, Columns, scaled
 from benchmarks.fit_counts import ROOT, Outcome, for_the_page, kept, markdown, write
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy, load, study
 from pneumo.errors import InputError
+from pneumo.fit.fit_result import FitResult
 from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.measurement import read_measurement
@@ -105,8 +106,18 @@ def believed_plant(
     return configured_plant(study(load(file)), "mine", 1.0)
 
 
-def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None = None) -> Outcome:
-    """Outcome of a record of a random bench that is made and then fitted as `pneumo fit` does."""
+class Case(NamedTuple):
+    """A bench, as it is and as its user knows it, and the record that was made there."""
+
+    rig: Rig
+    believed: Rig
+    columns: Columns
+    supply: Mapping[str, float] = MappingProxyType({})  # keys of the section supply that a rig does not have
+    logs_supply: bool = False
+
+
+def drawn_case(disturbance: str, seed: int, rig: Rig | None = None, duration: float | None = None) -> Case:
+    """Record of a random bench; its rig and duration, s, may be given."""
     d, rng = DISTURBANCES[disturbance], np.random.default_rng(seed)
     known = accuracy()
     rig = drawn_rig(rng) if rig is None else rig
@@ -116,54 +127,56 @@ def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None =
     believed = d.believed(guess, float(rng.choice([-1.0, 1.0])))
     rig = d.rig(rig)._replace(e_A=e_A, e_PT=e_PT)
     period = 1 / (rate if disturbance == "none" else d.rate)
-    columns = bench_record(rig, rng, d.duration, period, stops=stops)
+    columns = bench_record(rig, rng, duration or d.duration, period, stops=stops)
     columns = d.logged(imperfect_sensors(columns, known, bits, rng))
-    return fitted_outcome(disturbance, d, seed, models, rig, believed, supply, columns)
+    return Case(rig, believed, columns, supply, d.supply)
 
 
-def judged_alone(case: str, seed: int, models: Sequence[str]) -> Outcome:
+def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None = None) -> Outcome:
+    """Outcome of a record of a random bench that is made and then fitted as `pneumo fit` does."""
+    return fitted_outcome(disturbance, seed, models, drawn_case(disturbance, seed, rig))
+
+
+def judged_alone(name: str, seed: int, models: Sequence[str]) -> Outcome:
     """Outcome of a record of the first user's bench with one thing off, from `SINGLE`."""
-    d, rng = SINGLE[case], np.random.default_rng(seed)
+    d, rng = SINGLE[name], np.random.default_rng(seed)
     rig = d.rig(purpose_rig())._replace(e_PT=0.0)
     columns = bench_record(rig, rng, d.duration, 1 / d.rate, (d.noise, POSITION_NOISE), d.stops)
     if d.bits:
         step = FULL_SCALE / 2**d.bits
         columns |= {name: np.round(columns[name] / step) * step for name in ("P_A", "P_B")}
     believed = d.believed(rig._replace(C=1.1 * rig.C), 1.0)
-    return fitted_outcome(case, d, seed, models, rig, believed, {}, d.logged(columns))
+    case = Case(rig, believed, d.logged(columns), logs_supply=d.supply)
+    return fitted_outcome(name, seed, models, case)
 
 
-def fitted_outcome(
-    case: str,
-    d: Disturbance,
-    seed: int,
-    models: Sequence[str],
-    rig: Rig,
-    believed: Rig,
-    supply: Mapping[str, float],
-    columns: Columns,
-) -> Outcome:
-    """Outcome of the fit of a record of a rig whose user believes in another."""
-    begun = time.process_time()
-
-    def outcome(refused: str, warnings: list[str], found: dict[str, list[float]]) -> Outcome:
-        return Outcome(case, seed, time.process_time() - begun, refused, warnings, found)
-
+def fitted(case: Case, models: Sequence[str]) -> tuple[FitResult, Plant]:
+    """Fit of a case, as `pneumo fit` makes it, and the configured plant; `InputError` if it is refused."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        plant = believed_plant(believed, folder, supply, believed.exhaust)
+        plant = believed_plant(case.believed, folder, case.supply, case.believed.exhaust)
         units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_kPa", "P_B": "P_B_kPa", "P_s": "P_s_kPa"}
-        kept = {name: values for name, values in scaled(columns, 1e-3).items() if d.supply or name != "P_s"}
-        table = pd.DataFrame(kept).rename(columns=units)
+        columns = scaled(case.columns, 1e-3)
+        logged = {name: values for name, values in columns.items() if case.logs_supply or name != "P_s"}
+        table = pd.DataFrame(logged).rename(columns=units)
         table.to_csv(folder / "bench.csv", index=False, float_format="%.9g")
         try:
             measurement = read_measurement(folder / "bench.csv", plant)
             check_columns(measurement, plant)
-            fit = fit_measurement(measurement, plant, models)
+            return fit_measurement(measurement, plant, models), plant
         except InputError as error:
-            return outcome(str(error).replace(f"{folder}/", ""), [], {})
-    row = fit.data.sel(model="full" if "full" in fit.models else fit.models[0])
-    to_C = believed.C / plant.valve.k_xu
+            raise InputError(str(error).replace(f"{folder}/", "")) from None
+
+
+def fitted_outcome(name: str, seed: int, models: Sequence[str], case: Case) -> Outcome:
+    """Outcome of the fit of a record of a rig whose user believes in another."""
+    begun = time.process_time()
+    try:
+        fit, plant = fitted(case, models)
+    except InputError as error:
+        return Outcome(name, seed, time.process_time() - begun, str(error), [], {})
+    estimates = fit.estimates("full" if "full" in fit.models else fit.models[0])
+    to_C, rig = case.believed.C / plant.valve.k_xu, case.rig
     wanted = {
         "k_0": ("k_0", 1.0, rig.k_0),
         "C": ("k_xu", to_C, rig.C),
@@ -172,12 +185,11 @@ def fitted_outcome(
     }
     found: dict[str, list[float]] = {}
     for short, (parameter, factor, truth) in wanted.items():
-        row_of_parameter = row.sel(parameter=parameter)
-        estimate, low, high = (factor * float(row_of_parameter[key]) for key in ("estimate", "low", "high"))
-        if np.isfinite(estimate):
+        if parameter in estimates:
+            value, low, high = estimates[parameter].scaled(factor)
             ends = low if np.isfinite(low) else -np.inf, high if np.isfinite(high) else np.inf
-            found[short] = [truth, estimate, *ends]
-    return outcome("", list(fit.warnings), found)
+            found[short] = [truth, value, *ends]
+    return Outcome(name, seed, time.process_time() - begun, "", list(fit.warnings), found)
 
 
 def main() -> None:

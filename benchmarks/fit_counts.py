@@ -20,6 +20,13 @@ SAID = {"a zero of x": ("x_zero",), "a stroke": ("stroke", "x_scale")}
 VERDICTS = ("right", "tied", "none", "wrong")
 
 
+def named_causes(warnings: Sequence[str]) -> set[str]:
+    """Names of the causes that warnings of a fit give."""
+    text = " ".join(warnings)
+    names = {*re.findall(r"--also (\w+)", text)}
+    return names | {name for words, causes in SAID.items() if words in text for name in causes}
+
+
 class Outcome(NamedTuple):
     """Result of the fit of one case."""
 
@@ -47,9 +54,7 @@ class Outcome(NamedTuple):
     @property
     def named(self) -> str:
         """How warnings name the cause: right, tied, none or wrong."""
-        text = " ".join(self.warnings)
-        names = {*re.findall(r"--also (\w+)", text)}
-        names |= {name for words, causes in SAID.items() if words in text for name in causes}
+        names = named_causes(self.warnings)
         cause = (SINGLE | DISTURBANCES)[self.disturbance].cause
         if not names:
             return "none"

@@ -1,0 +1,218 @@
+"""Synthetic records of the contract of fits, and what `pneumo fit` and `pneumo rig` find in them.
+
+Cylinders come from the independent bench `benchmarks.bench_rig`, closed chambers from `closed_truth` and
+rigs from `independent_rig`, by SciPy. `python -m tests.contract.fit_cases` accepts the present results.
+"""
+
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE.parent), str(HERE.parent / "fit/rig")]
+
+from closed_truth import Truth, measured, pressures  # noqa: E402
+from independent_rig import BORE, CLOSES, OF_B, OPENS, TRUTH, simulated  # noqa: E402
+
+from benchmarks.disturbances import DISTURBANCES  # noqa: E402
+from benchmarks.fit_bench import drawn_case, fitted  # noqa: E402
+from benchmarks.fit_counts import named_causes  # noqa: E402
+from pneumo.configuration.parameters import load, study  # noqa: E402
+from pneumo.errors import InputError  # noqa: E402
+from pneumo.fit.closed.closed_fit import fit_closed  # noqa: E402
+from pneumo.fit.closed.thermal_time_constant import transient  # noqa: E402
+from pneumo.fit.fit_result import FitResult  # noqa: E402
+from pneumo.fit.rig.rig_file import QUANTITIES, factor, key, rig  # noqa: E402
+from pneumo.fit.rig.rig_fit import fitted_runs, judged_models, rig_warnings  # noqa: E402
+from pneumo.fit.rig.rig_record import Points, pulses, vessel_run  # noqa: E402
+from pneumo.fit.rig.rig_replay import run_errors  # noqa: E402
+from pneumo.selection.cylinder_template import TEMPLATE  # noqa: E402
+from pneumo.selection.plants import configured_plant  # noqa: E402
+
+TABLE = HERE / "fits.jsonl"
+DURATION = 3.0  # s, of a cylinder's record
+NOT_REPORTED = ("start_",)  # first states, whose estimates depend on the record's first samples alone
+Found = dict[str, Any]  # `refused`, `causes`, `warned`, and `models`: value and ends by model and parameter
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.6g}") if np.isfinite(value) else None
+
+
+def _found(fit: FitResult, truth: Mapping[str, float]) -> Found:
+    models = {
+        model: {
+            name: [_number(end) for end in interval]
+            for name, interval in fit.estimates(model).items()
+            if not name.startswith(NOT_REPORTED)
+        }
+        for model in fit.models
+    }
+    found = {"causes": sorted(named_causes(fit.warnings)), "warned": bool(fit.warnings), "models": models}
+    return found | {"truth": {name: _number(value) for name, value in truth.items()}}
+
+
+def cylinder(disturbance: str, seed: int, models: Sequence[str] = ()) -> Found:
+    """`pneumo fit` of a bench with a disturbance."""
+    case = drawn_case(disturbance, seed, duration=DURATION)
+    try:
+        fit, plant = fitted(case, models)
+    except InputError:
+        return {"refused": True}
+    true = case.rig
+    k_xu = plant.valve.k_xu * true.C / case.believed.C
+    return _found(fit, {"k_0": true.k_0, "k_xu": k_xu, "V_d_A": true.V_A, "V_d_B": true.V_B})
+
+
+def moving(t: np.ndarray) -> np.ndarray:
+    """Position of a piston that moves, m from mid-stroke."""
+    return 0.055 * np.sin(2.2 * t) * np.cos(0.3 * t) + 0.01 * np.sin(7 * t)
+
+
+def compressed(t: np.ndarray) -> np.ndarray:
+    """Position of a piston that is pushed by 60 mm in 0.2 s and held."""
+    return -0.03 * np.tanh((t - 0.3) / 0.05)
+
+
+def closed(
+    truth: Truth,
+    motion: Callable[[np.ndarray], np.ndarray] = moving,
+    seed: int = 1,
+    noise: float = 200.0,
+    open_B: bool = False,
+    only: str = "",
+) -> Found:
+    """`pneumo fit --closed both`, or of the chamber `only`."""
+    plant, t = configured_plant(study(load(TEMPLATE)), "mine", 1.0), 5e-3 * np.arange(1600)
+    P = pressures(truth, plant, motion, t)
+    P = np.array([P[0], np.full_like(P[1], 1.2e5)]) if open_B else P
+    record = measured(motion(t), P, 5e-3, seed, noise)
+    if only:
+        one = transient(record, plant, only, 0.6)
+        values = {"tau": (one.tau, one.tau_low, one.tau_high), "k_0": (one.k_0, one.k_0_low, one.k_0_high)}
+        numbers = {name: [_number(value) for value in row] for name, row in values.items()}
+        true = {"k_0": _number(truth.k_0["AB".index(only)])}
+        return {"causes": [], "warned": False, "models": {"transient": numbers}, "truth": true}
+    pairs = zip("AB", truth.k_0, truth.V_d, strict=True)
+    of_sides = {
+        name: value for side, k, V in pairs for name, value in ((f"k_0_{side}", k), (f"V_d_{side}", V))
+    }
+    fit = fit_closed(record, plant)
+    return _found(fit, of_sides | {"leak": truth.leak})
+
+
+OF_RIG = {
+    "bore_mm": 1e3 * BORE,
+    "dead_volume_mL": [1, 100],
+    "k_0_W_per_K": 0.5,
+    "valve_C_in_dm3_per_sbar": [0.1, 5],
+    "valve_C_out_dm3_per_sbar": [0.1, 5],
+    "valve_b": 0.5283,
+    "valve_opening_ms": 1e3 * OPENS,
+    "valve_closing_ms": 1e3 * CLOSES,
+    "P_s_bar": 6,
+}
+HOSE = {"hose_volume_mL": [0.5, 50], "hose_C_dm3_per_sbar": [0.1, 5], "hose_b": 0.5283}
+OTHER = {"dead_volume_B_mL": [1, 100], "rod_B_mm": 1e3 * OF_B["rod"]}
+TANK = {"volume_L": 10, "orifice_mm": 2, "C_d": [0.5, 1], "k_0_W_per_K": [0, 20], "P_start_bar": 8}
+
+
+def _of_rig(
+    content: Mapping[str, Any], runs: Sequence[Any], truth: Mapping[str, float], *models: str
+) -> Found:
+    known = rig(content, "contract")
+    result = judged_models(known, runs, models)
+    lowest = float(result["fitted"].min())
+    warnings = rig_warnings(known, fitted_runs(runs), lowest)
+    found = {
+        model: {
+            str(name): [
+                _number(result[field].sel(model=model, parameter=name).item())
+                for field in ("estimate", "low", "high")
+            ]
+            for name in result["parameter"].values
+        }
+        for model in models
+    }
+    true = {key(name): _number(truth[name] / factor(name)) for name in QUANTITIES if name in truth}
+    causes = ["hose"] if any("hose" in text for text in warnings) else []
+    return {"causes": causes, "warned": bool(warnings), "models": found, "truth": true}
+
+
+def pulse(
+    content: Mapping[str, Any], *models: str, both: bool = False, count: int = 4, **of_record: Any
+) -> Found:
+    """`pneumo rig` of a chamber behind an on/off valve, or of both chambers."""
+    t, x, u, P = simulated(pulses=count, **of_record)
+    P_B = simulated(pulses=count, other=True, seed=9)[-1] if both else None
+    truth = {name: value for name, value in TRUTH.items() if name not in ("k_0", "P_s")}
+    truth |= {"dead_volume_B": OF_B["dead_volume"]} if both else {}
+    return _of_rig(content, pulses(t, x, P, u, P_B), truth, *(models or ("full order",)))
+
+
+def tank(C_d: float, k_0: float, count: int, noise: float, seed: int, *models: str) -> Found:
+    """`pneumo rig` of a vessel that empties, replayed with noise."""
+    t = np.linspace(0.2, 60, count)
+    exact, nothing = (
+        rig(TANK | {"C_d": C_d, "k_0_W_per_K": k_0}, "contract"),
+        vessel_run(Points(t, np.zeros(count))),
+    )
+    P, _ = run_errors(exact, "full order", {name: low for name, (low, _) in exact.ends.items()}, nothing)
+    noisy = Points(t, P + np.random.default_rng(seed).normal(0.0, noise, count))
+    truth = {"C_d": C_d, "k_0": k_0}
+    return _of_rig(TANK, [nothing._replace(P=noisy)], truth, *(models or ("full order",)))
+
+
+LEAKING = Truth((0.25, 0.18), (5e-6, 6e-6), T=(300.0, 288.0), leak=2e-10)
+EVEN = Truth((0.3, 0.3), (6.3e-6, 6.3e-6))
+CASES: dict[str, Callable[[], Found]] = {
+    **{f"fit undisturbed {seed}": partial(cylinder, "none", seed) for seed in range(3, 9)},
+    **{f"fit {name}": partial(cylinder, name, 2) for name in DISTURBANCES if name != "none"},
+    "fit M6 M8 M10": partial(cylinder, "none", 11, ("M6", "M8", "M10")),
+    "fit M5 M9 of a sagging supply": partial(cylinder, "sags", 12, ("M5", "M9")),
+    "fit M8 of tubes": partial(cylinder, "tube", 13, ("M8",)),
+    "closed leaking": partial(closed, LEAKING),
+    "closed even": partial(closed, EVEN),
+    "closed constant wall": partial(closed, EVEN._replace(e_A=0.0, e_PT=0.0), seed=2),
+    "closed noise": partial(closed, LEAKING, seed=3, noise=2e3),
+    "closed held": partial(closed, EVEN, compressed, seed=4),
+    "closed held leaking": partial(closed, EVEN._replace(leak=5e-10), compressed, seed=5),
+    "closed open B": partial(closed, EVEN, seed=6, open_B=True),
+    "closed weak wall": partial(closed, EVEN._replace(k_0=(0.02, 0.02)), seed=7),
+    "closed transient A": partial(closed, EVEN, compressed, seed=8, only="A"),
+    "closed transient B": partial(closed, EVEN, compressed, seed=8, only="B"),
+    "rig no hose": partial(pulse, OF_RIG, hose=False, seed=1),
+    "rig hose": partial(pulse, OF_RIG | HOSE),
+    "rig hose left out": partial(pulse, OF_RIG, seed=2),
+    "rig poor sensor": partial(pulse, OF_RIG | HOSE, seed=3, noise=3e3),
+    "rig both": partial(pulse, OF_RIG | HOSE | OTHER, both=True, count=3),
+    "rig supply and wall": partial(
+        pulse, OF_RIG | {"P_s_bar": [4, 9], "k_0_W_per_K": [0, 5]}, hose=False, seed=4
+    ),
+    "rig M5 M8": partial(pulse, OF_RIG, "M5", "M8", hose=False, seed=5),
+    "rig tank": partial(tank, 0.8, 3.0, 400, 1e3, 1),
+    "rig tank M8": partial(tank, 0.8, 3.0, 400, 1e3, 2, "M8", "full order"),
+    "rig tank of few points": partial(tank, 0.7, 6.0, 20, 500.0, 3),
+    "rig tank poor sensor": partial(tank, 0.8, 3.0, 400, 2e4, 4),
+}
+
+
+def main() -> None:
+    """Accept the present results: write the table."""
+    from time import process_time
+
+    lines: list[str] = []
+    for name, case in CASES.items():
+        begun = process_time()
+        lines.append(json.dumps({"case": name} | case()) + "\n")
+        print(f"{process_time() - begun:.1f} s: {lines[-1][:150]}", flush=True)
+    TABLE.write_text("".join(lines), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
