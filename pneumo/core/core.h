@@ -44,7 +44,8 @@ typedef struct {
 typedef struct {
     double volume_ratio[ROW], expansion[ROW], area[ROW]; /* at one stage */
     double inlet[ROW], exhaust[ROW]; /* temperature of the supply over T_0; exhaust over the plant's */
-    double beyond[2][ROW], met[2][ROW], T[2][ROW], rate_T[2][3][ROW];
+    double margin[2][ROW], reach[2][ROW], weight[2][ROW]; /* of a step that comes near the port's pressure */
+    double beyond[2][ROW], T[2][ROW], rate_T[2][3][ROW];
 } Sets;
 
 void fill_tables(void); /* of the elementary functions: to be called once, before all else */

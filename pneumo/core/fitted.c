@@ -1,13 +1,16 @@
 /* Pressures of both chambers by several sets of parameters, for fits: each set is a lane with dead volumes of its own.
-   Kutta's method of third order; a step in which a chamber meets the pressure of its open port, where the slope of
-   eq (1) is infinite, is implicit. Docstrings in pneumo.simulation.fitted_pressures. */
+   Kutta's method of third order; a step that meets the pressure of the open port, where the slope of eq (1) is
+   infinite, is implicit. A weight leads from one to the other, since a fit needs pressures that are smooth functions
+   of the parameters. Docstrings in pneumo.simulation.fitted_pressures. */
 #include "lanes.h"
 
 enum { KUTTA_STAGES = 3 };
 static const double A_3[3][2] = {{0}, {1.0 / 2}, {-1, 2}};
 static const double B_3[3] = {1.0 / 6, 2.0 / 3, 1.0 / 6};
-/* An explicit step that meets the open port's pressure is off by some (h K)^2; below this, over P_0, it stays. */
-#define NEAR 1e-3
+/* An explicit step that comes nearer to the open port's pressure than a quarter of (h K)^2 is inaccurate and soon
+   unstable, which below NEAR, over P_0, is negligible. */
+#define NEAR 1e-8
+#define GAMMA (1 - 0.70710678118654752) /* of the implicit method, L-stable and of second order */
 #define EQUAL 1e-9 /* relative difference of pressures whose logarithmic mean is either */
 
 /* Motions of all sets, (motion, step, stage, 2), and how many lanes each has. */
@@ -40,9 +43,17 @@ INLINE double write_geometry(const Motions *m, int64_t step, int stage, int side
     return x;
 }
 
-/* Repeat a step by the implicit Euler method for lanes whose pressure met the open port's: `met` holds theirs before
-   the step, and 0 for all others. Near the port's pressure the flow's term in dp/dt is K sign(d) sqrt(|d|) with
-   d = p_port - p, and the other terms, b, hardly change: d + h K sign(d) sqrt(|d|) = p_port - p_before - h b. */
+INLINE double smooth_step(double x) { return x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x); }
+
+/* Solution d of d + hK sign(d) sqrt(|d|) = rest. */
+INLINE double balanced(double rest, double hK) {
+    double y = (sqrt(hK * hK + 4 * fabs(rest)) - hK) / 2;
+    return rest > 0 ? y * y : -(y * y);
+}
+
+/* Repeat a step by an implicit Runge-Kutta method of two stages for lanes with a `weight` of it. Near the port's
+   pressure the flow's term in dp/dt is K sign(d) sqrt(|d|) with d = p_port - p, and the other terms, b, hardly change:
+   they are those in the middle of the step, at the port's pressure. */
 INLINE void step_across_port(Lanes *W, Sets *X, int side, bool full, bool exhausts, const Shared sh,
                              const Constants *k, double h, int terms) {
     const int64_t n = W->count;
@@ -53,48 +64,55 @@ INLINE void step_across_port(Lanes *W, Sets *X, int side, bool full, bool exhaus
         for (int64_t i = 0; i < n; i++) W->root_T[i] = sqrt(X->T[side][i]);
     write_rates(W, rate, sh, k, terms); /* at the port's pressure there is no flow */
     for (int64_t i = 0; i < n; i++) {
-        const double before = X->met[side][i], root_T = W->root_T[i];
-        if (!(before > 0)) continue;
+        const double weight = X->weight[side][i], before = W->before[side][i], root_T = W->root_T[i];
+        if (!(weight > 0)) continue;
         double heated = rate[i] + X->area[i] * W->heat[i];
         double b = X->volume_ratio[i] * heated - X->expansion[i] * (W->n_V[i] * p_port);
-        double rest = p_port - before - h * b;
-        double energy = sh.inward * (W->in[i] + W->in_T[i] * (root_T * root_T));
-        if (rest < 0) energy = -sh.outward * (W->out[i] * p_port * root_T);
-        double hK = h * X->volume_ratio[i] * ((exhausts ? X->exhaust[i] : 1.0) * energy) * root;
-        if (hK * hK < NEAR) {
-            X->T[side][i] = X->rate_T[side][0][i];
-            continue;
-        }
-        double y = (sqrt(hK * hK + 4 * fabs(rest)) - hK) / 2;
-        double p = rest > 0 ? p_port - y * y : p_port + y * y;
+        double factor = GAMMA * h * X->volume_ratio[i] * (exhausts ? X->exhaust[i] : 1.0) * root;
+        double in = factor * (sh.inward * (W->in[i] + W->in_T[i] * (root_T * root_T)));
+        double out = -factor * (sh.outward * (W->out[i] * p_port * root_T));
+        double start = p_port - before, rest = start - GAMMA * h * b, d = balanced(rest, rest > 0 ? in : out);
+        rest = start - h * b + (1 / GAMMA - 1) * (d - rest);
+        double p = p_port - balanced(rest, rest > 0 ? in : out);
         if (full) {
             double T_now = root_T * root_T, flow = (p - before) / h - b;
             double T_flow = flow > 0 ? X->inlet[i] : T_now;
             double change = p - before - h * flow / (k->plant->gas.gamma * T_flow) * T_now; /* as at a stage */
             double mean = fabs(p - before) > EQUAL * p ? (p - before) / ln(p / before) : p; /* logarithmic */
-            X->T[side][i] = T_now * exponential(change / mean + h * X->expansion[i]);
+            double T = T_now * exponential(change / mean + h * X->expansion[i]);
+            X->T[side][i] = weight < 1 ? T + (1 - weight) * (X->rate_T[side][0][i] - T) : T;
         }
-        W->now[side][i] = p;
+        W->now[side][i] = weight < 1 ? p + (1 - weight) * (W->now[side][i] - p) : p;
     }
 }
 
-/* Rates of one chamber at one stage; `met` keeps the pressure before the step where a lane met the port's. */
+/* Rates of one chamber at one stage. `margin` is the least distance of a stage's pressure from the port's, negative on
+   the other side of it, and `reach` a quarter of (h K)^2. */
 INLINE void stage_rates(Lanes *W, Sets *X, int side, int stage, double u, double x, bool full, const Constants *k,
                         double h, int terms) {
     const int64_t n = W->count;
     const double gamma = k->plant->gas.gamma, a_0 = h * A_3[stage][0], a_1 = h * A_3[stage][1];
     double(*restrict K)[ROW] = W->k[side], *restrict rate = W->k[side][stage], *restrict now = W->now[side];
-    double *restrict met = X->met[side], *restrict rate_T = X->rate_T[side][stage];
+    double *restrict margin = X->margin[side], *restrict rate_T = X->rate_T[side][stage];
     const Shared sh = shared_terms(u, x, 0, side, k); /* at rest, in the plant's volume */
     for (int64_t i = 0; i < n; i++) {
-        double p = now[i] + (a_0 * K[0][i] + a_1 * K[1][i]), earlier = stage == 0 ? 0 : met[i];
-        met[i] = (p - sh.p_port) * (now[i] - sh.p_port) <= 0 ? now[i] : earlier;
+        double p = now[i] + (a_0 * K[0][i] + a_1 * K[1][i]), d = now[i] >= sh.p_port ? p - sh.p_port : sh.p_port - p;
+        margin[i] = stage == 0 || d < margin[i] ? d : margin[i];
         W->p[i] = p;
     }
     if (full)
         for (int64_t i = 0; i < n; i++)
             W->root_T[i] = sqrt(X->T[side][i] + (a_0 * X->rate_T[side][0][i] + a_1 * X->rate_T[side][1][i]));
     write_rates(W, rate, sh, k, terms);
+    if (stage == KUTTA_STAGES - 1) {
+        const double root = h * k->psi[0] / sqrt(sh.p_port);
+        for (int64_t i = 0; i < n; i++) {
+            double root_T = W->root_T[i], in = sh.inward * (W->in[i] + W->in_T[i] * (root_T * root_T));
+            double out = -sh.outward * (W->out[i] * sh.p_port * root_T);
+            double hK = (in > out ? in : out) * (u < 0 ? X->exhaust[i] : 1.0) * X->volume_ratio[i] * root;
+            X->reach[side][i] = hK * hK / 4;
+        }
+    }
     if (u < 0)
         for (int64_t i = 0; i < n; i++) rate[i] = W->heat[i] + X->exhaust[i] * (rate[i] - W->heat[i]);
     if (full)
@@ -114,23 +132,29 @@ INLINE void stage_rates(Lanes *W, Sets *X, int side, int stage, double u, double
         }
 }
 
-/* Pressures, and temperatures of the full order, at the end of a step; returns whether a lane met the port's. */
+/* Pressures, and temperatures of the full order, at the end of an explicit step, and the implicit one's weight; returns
+   whether that is positive in a lane. */
 INLINE bool step_end(Lanes *W, Sets *X, int side, bool full, double p_port, double h) {
     const int64_t n = W->count;
-    double(*restrict K)[ROW] = W->k[side], *restrict now = W->now[side], *restrict met = X->met[side];
+    double(*restrict K)[ROW] = W->k[side], *restrict now = W->now[side], *restrict before = W->before[side];
+    double *restrict weight = X->weight[side];
     double meeting = 0;
     for (int64_t i = 0; i < n; i++) {
         double p = now[i] + h * (B_3[0] * K[0][i] + B_3[1] * K[1][i] + B_3[2] * K[2][i]);
-        met[i] = (p - p_port) * (now[i] - p_port) <= 0 ? now[i] : met[i];
-        meeting += met[i] > 0 ? 1.0 : 0.0;
+        double d = now[i] >= p_port ? p - p_port : p_port - p, reach = X->reach[side][i];
+        double margin = d < X->margin[side][i] ? d : X->margin[side][i];
+        weight[i] = margin < reach && reach > NEAR ? smooth_step(1 - margin / reach) : 0;
+        weight[i] = weight[i] > 0 && !(p > 0) ? 1 : weight[i];
+        meeting += weight[i];
+        before[i] = now[i];
         now[i] = p > 0 ? p : (double)NAN;
     }
     if (full) {
         double(*restrict K_T)[ROW] = X->rate_T[side], *restrict T = X->T[side];
         for (int64_t i = 0; i < n; i++) {
             double change = h * (B_3[0] * K_T[0][i] + B_3[1] * K_T[1][i] + B_3[2] * K_T[2][i]);
-            K_T[0][i] = T[i] + change; /* `step_across_port` may find another */
-            T[i] = met[i] > 0 ? T[i] : K_T[0][i];
+            K_T[0][i] = T[i] + change; /* `step_across_port` finds another */
+            T[i] = weight[i] > 0 ? T[i] : K_T[0][i];
         }
     }
     return meeting > 0;
@@ -154,12 +178,12 @@ INLINE void replay_steps(const double *u, const Motions *m, Lanes *W, Sets *X, b
                 stage_rates(W, X, side, stage, sign_of(side) * now_u, x, full, &k, h, terms);
             }
         }
-        const int last = KUTTA_STAGES - 1; /* at the step's end; its supply is still the one in force */
+        const int middle = 1, last = KUTTA_STAGES - 1; /* at the step's end; its supply is still the one in force */
         for (int side = 0; side < 2; side++) {
             const double out_u = sign_of(side) * u[step * KUTTA_STAGES + last];
             const double p_port = (out_u >= 0 ? supplied.conditions.P_s : supplied.conditions.P_atm) / P_0;
             if (!step_end(W, X, side, full, p_port, h)) continue;
-            double x = write_geometry(m, step, last, side, plant, W->count, X);
+            double x = write_geometry(m, step, middle, side, plant, W->count, X);
             step_across_port(W, X, side, full, out_u < 0, shared_terms(out_u, x, 0, side, &k), &k, h, terms);
             for (int stage = 0; stage < 2; stage++) { /* rates of a stage that failed would stay in later sums */
                 memset(W->k[side][stage], 0, sizeof W->k[side][stage]);
