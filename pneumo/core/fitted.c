@@ -55,9 +55,9 @@ INLINE double balanced(double rest, double hK) {
    pressure the flow's term in dp/dt is K sign(d) sqrt(|d|) with d = p_port - p, and the other terms, b, hardly change:
    they are those in the middle of the step, at the port's pressure. */
 INLINE void step_across_port(Lanes *W, Sets *X, int side, bool full, bool exhausts, const Shared sh,
-                             const Constants *k, double h, int terms) {
+                             double p_port_before, const Constants *k, double h, int terms) {
     const int64_t n = W->count;
-    const double p_port = sh.p_port, root = k->psi[0] / sqrt(p_port);
+    const double p_port = sh.p_port, p_port_then = p_port_before + GAMMA * (p_port - p_port_before), root = k->psi[0] / sqrt(p_port);
     double *rate = W->k[side][0];
     for (int64_t i = 0; i < n; i++) W->p[i] = p_port;
     if (full)
@@ -71,8 +71,8 @@ INLINE void step_across_port(Lanes *W, Sets *X, int side, bool full, bool exhaus
         double factor = GAMMA * h * X->volume_ratio[i] * (exhausts ? X->exhaust[i] : 1.0) * root;
         double in = factor * (sh.inward * (W->in[i] + W->in_T[i] * (root_T * root_T)));
         double out = -factor * (sh.outward * (W->out[i] * p_port * root_T));
-        double start = p_port - before, rest = start - GAMMA * h * b, d = balanced(rest, rest > 0 ? in : out);
-        rest = start - h * b + (1 / GAMMA - 1) * (d - rest);
+        double rest = p_port_then - before - GAMMA * h * b, d = balanced(rest, rest > 0 ? in : out);
+        rest = p_port - before - h * b + (1 / GAMMA - 1) * (d - rest);
         double p = p_port - balanced(rest, rest > 0 ? in : out);
         if (full) {
             double T_now = root_T * root_T, flow = (p - before) / h - b;
@@ -182,9 +182,11 @@ INLINE void replay_steps(const double *u, const Motions *m, Lanes *W, Sets *X, b
         for (int side = 0; side < 2; side++) {
             const double out_u = sign_of(side) * u[step * KUTTA_STAGES + last];
             const double p_port = (out_u >= 0 ? supplied.conditions.P_s : supplied.conditions.P_atm) / P_0;
+            const double p_port_before = out_u >= 0 ? P_s[step * KUTTA_STAGES] / P_0 : p_port;
             if (!step_end(W, X, side, full, p_port, h)) continue;
             double x = write_geometry(m, step, middle, side, plant, W->count, X);
-            step_across_port(W, X, side, full, out_u < 0, shared_terms(out_u, x, 0, side, &k), &k, h, terms);
+            step_across_port(W, X, side, full, out_u < 0, shared_terms(out_u, x, 0, side, &k),
+                             p_port_before, &k, h, terms);
             for (int stage = 0; stage < 2; stage++) { /* rates of a stage that failed would stay in later sums */
                 memset(W->k[side][stage], 0, sizeof W->k[side][stage]);
                 memset(X->rate_T[side][stage], 0, sizeof X->rate_T[side][stage]);

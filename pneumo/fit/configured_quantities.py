@@ -10,10 +10,9 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
+from pneumo.fit.engine import Solution, inverse_curvature
 from pneumo.fit.fit_problem import LIMITS, Problem, replayed_pressures, si_value
 from pneumo.fit.fitted_parameters import CONFIGURED, SHIFTING, UNFITTED
-from pneumo.fit.least_squares import Fit
-from pneumo.fit.parameter_intervals import inverse_curvature
 
 
 def _plant(change: Callable[[Plant, Accuracy], Plant]) -> Callable[[Problem, Accuracy], Problem]:
@@ -103,15 +102,14 @@ def changes_of(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarr
 
     In units of P_s, at the optimum `theta`, shape (quantity, chamber, sample).
     """
-    plain = problem._replace(noisy=None)
-    replayed = replayed_pressures(plain, theta[None])[0, 0]
+    replayed = replayed_pressures(problem, theta[None])[0]
     result = np.zeros((len(CHANGED), *replayed.shape))
     for row, change in enumerate(CHANGED.values()):
-        changed = change(plain, known)
-        if changed.signals.P is not plain.signals.P:
-            result[row] = changed.signals.P - plain.signals.P
-        elif changed is not plain:
-            result[row] = np.nan_to_num(replayed - replayed_pressures(changed, theta[None])[0, 0])
+        changed = change(problem, known)
+        if changed.signals.P is not problem.signals.P:
+            result[row] = changed.signals.P - problem.signals.P
+        elif changed is not problem:
+            result[row] = np.nan_to_num(replayed - replayed_pressures(changed, theta[None])[0])
     return result / problem.plant.conditions.P_s
 
 
@@ -128,7 +126,9 @@ def prior_shifts(problem: Problem, inverse: np.ndarray, prior: np.ndarray, known
     return result
 
 
-def configured_shifts(problem: Problem, best: Fit, changes: np.ndarray, known: Accuracy | None) -> np.ndarray:
+def configured_shifts(
+    problem: Problem, best: Solution, changes: np.ndarray, known: Accuracy | None
+) -> np.ndarray:
     """Shifts of the parameters if a configured quantity is off by its accuracy, for each of `SHIFTING`.
 
     On the scale of the search, shape (quantity, parameter); zero if `known` is None.
@@ -143,7 +143,7 @@ def configured_shifts(problem: Problem, best: Fit, changes: np.ndarray, known: A
     return np.clip(result, low - high, high - low)
 
 
-def parameter_shifts(problem: Problem, best: Fit, moved: np.ndarray) -> dict[str, np.ndarray]:
+def parameter_shifts(problem: Problem, best: Solution, moved: np.ndarray) -> dict[str, np.ndarray]:
     """`configured_shifts` in SI units by parameter, shape (quantity,)."""
     upper = best.theta + moved
     return {

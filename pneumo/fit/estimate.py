@@ -8,30 +8,31 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
 from pneumo.fit.configured_quantities import changes_of, configured_shifts, misfit, parameter_shifts
+from pneumo.fit.engine import (
+    Solution,
+    correlation,
+    covariances,
+    expected_shifts,
+    inverse_curvature,
+    larger,
+    parameter_interval,
+    remainder_shifts,
+)
 from pneumo.fit.fit_problem import (
     FULL,
     LIMITS,
     Prior,
     Problem,
+    fit,
     replayed_pressures,
+    settled,
     si_value,
 )
 from pneumo.fit.fit_result import Estimate, rms_of_chambers
 from pneumo.fit.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
-from pneumo.fit.least_squares import Fit, descend, fit
-from pneumo.fit.parameter_intervals import (
-    HALF_WIDTH,
-    correlation,
-    covariances,
-    definite,
-    expected_shifts,
-    inverse_curvature,
-    parameter_interval,
-    remainder_shifts,
-)
 from pneumo.fit.residuals import residuals
 from pneumo.fit.sensor_offsets import SensorOffset, sensor_offsets
-from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals
+from pneumo.fit.stage_signals import StageSignals
 from pneumo.fit.wall_laws import averaged_shift, likelihoods, wall_law_fits
 from pneumo.physics.models import Model, Wall
 
@@ -39,7 +40,6 @@ PART = 0.6  # of the record that is fitted
 MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more and takes gigabytes
 NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
 ALONE_STEPS = 15  # of a search with one configured quantity free
-SLIGHT = 0.03  # of half an interval, by which noise in the position may move a parameter unsaid
 
 
 def estimate(
@@ -47,7 +47,6 @@ def estimate(
     plant: Plant,
     record: StageSignals,
     *,
-    noisy: np.ndarray | None,
     intervals: Iterable[str] = REPORTED,
     part: float = PART,
     reference: np.ndarray | None = None,
@@ -60,8 +59,6 @@ def estimate(
 
     Parameters
     ----------
-    noisy : numpy.ndarray, optional
-        Motions of the part fitted, from `with_added_noise`; without them no bias from noise is corrected.
     intervals
         Names of the parameters that get an interval.
     reference : numpy.ndarray, optional
@@ -82,57 +79,40 @@ def estimate(
         plant=plant,
         signals=record.part(0, split),
         fixed={},
-        noisy=noisy,
         also=also,
         priors=prior,
     )
-    few = problem if noisy is None else problem._replace(noisy=noisy[: 2 * FEW_PAIRS])
-    plain = problem._replace(noisy=None)
-    optimum = fit(plain, start=start)
-    rough = best = optimum if noisy is None else descend(few, optimum.theta)
-    changes = np.zeros((0, *plain.signals.P.shape))
+    best = fit(problem, start=start)
+    fitted = replayed_pressures(problem, best.theta[None])[0]
+    changes = np.zeros((0, *problem.signals.P.shape))
     if known is not None:
-        changes = changes_of(plain, best.theta, known)
-
-    def judged(best: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Replayed pressures, Pa; shifts from `configured_shifts`; both covariances, shifts included."""
-        fitted = replayed_pressures(problem, best.theta[None])[0, 0]
-        off = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
-        moved = configured_shifts(problem, best, changes, known)
-        both = covariances(best, off / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
-        return fitted, moved, both
-
-    fitted, moved, both = judged(best)
-    # Where noise in the position hardly matters, neither do more samples of it.
-    profiled = (few, rough)
-    if slight(best.theta - optimum.theta, both):
-        profiled = (plain, optimum)
-    elif noisy is not None and len(noisy) > 2 * FEW_PAIRS:
-        best = descend(problem, rough.theta, most=2)  # so near, two steps are enough
-        fitted, moved, both = judged(best)
+        changes = changes_of(problem, best.theta, known)
+    off = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
+    moved = configured_shifts(problem, best, changes, known)
+    both = covariances(best, off / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
     of_noise, _ = both
-    by_law: dict[Wall, Fit] = {model.wall: best}
+    by_law: dict[Wall, Solution] = {model.wall: best}
     if model is FULL and intervals:
-        by_law = wall_law_fits(few, best)
+        by_law = wall_law_fits(problem, best)
     own, *others = by_law.values()
-    laws = np.array([fitted.theta - own.theta for fitted in (own, *others)])
+    laws = np.array([found.theta - own.theta for found in (own, *others)])
     weights = likelihoods([own, *others])
     # What another law explains is no remainder: the intervals cover that law.
-    nearest = min((best, *others), key=lambda fitted: np.sum(fitted.residual**2))
+    nearest = min((best, *others), key=lambda found: np.sum(found.residual**2))
     values = problem.values(best.theta)
     averaged_theta = np.clip(best.theta + averaged_shift(problem, laws, weights), *problem.bounds())
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
         if name in intervals:
-            ends = parameter_interval(*profiled, best, i, both)
+            ends = parameter_interval(problem, best, i, both, PARAMETERS[name].search.logarithmic)
             ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
             ends = limited_ends(name, ends, problem.bounds()[0, i])
             low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
     # No model predicts the first pressures of the part held out: these alone are fitted.
     fixed = {name: value for name, value in values.items() if name not in STARTS}
     rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), fixed)
-    predicted = replayed_pressures(rest, first_pressures(rest)[None])[0, 0]
+    predicted = replayed_pressures(rest, first_pressures(rest)[None])[0]
     rms, held_out = (
         np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
         for signals, P in ((problem.signals, fitted), (rest.signals, predicted))
@@ -143,7 +123,7 @@ def estimate(
         for half in (remainder_shifts(nearest), expected_shifts(of_noise))
     )
     moved_by = parameter_shifts(problem, best, moved)
-    rows = zip(problem.names, correlation(both).tolist(), strict=True)
+    rows = zip(problem.names, correlation(larger(both)).tolist(), strict=True)
     related = {name: dict(zip(problem.names, row, strict=True)) for name, row in rows}
     return Estimate(
         values=values,
@@ -158,7 +138,6 @@ def estimate(
         correlation=related,
         of_configuration=plant.conditions.P_s * misfit(changes, best.jacobian, inverse_curvature(best)),
         at_bound=problem.at_bound(best.theta),
-        uncorrected=not definite(best),
         offsets=offsets_of(problem, best, changes) if model is FULL else {},
         averaged=problem.values(averaged_theta) if model is FULL else {},
         laws={law: float(weight) for law, weight in zip(by_law, weights, strict=True)},
@@ -176,7 +155,7 @@ def limited_ends(name: str, ends: tuple[float, float], lowest: float) -> tuple[f
     return ends
 
 
-def offsets_of(problem: Problem, best: Fit, changes: np.ndarray) -> dict[str, SensorOffset]:
+def offsets_of(problem: Problem, best: Solution, changes: np.ndarray) -> dict[str, SensorOffset]:
     """First-order offsets of the pressure sensors, by the name of their cause; fitted ones are left out."""
     names = [f"offset_{side}" for side in "AB"]
     found = sensor_offsets(best, changes, problem.plant.conditions.P_s)
@@ -197,7 +176,7 @@ def first_pressures(problem: Problem) -> np.ndarray:
     return problem.inner(found)
 
 
-def best_start(problem: Problem) -> Fit:
+def best_start(problem: Problem) -> Solution:
     """Plain least-squares fit of the full order: the best of searches from several starts.
 
     If the fit from the configured values leaves large residuals, the search is repeated for each configured
@@ -206,20 +185,14 @@ def best_start(problem: Problem) -> Fit:
     """
     first = fit(problem)
     if not any(residual.far_from_noise for residual in residuals(problem, first.theta)):
-        return first
+        return settled(problem, first)
     tried = [first]
     for name in problem.priors:
         alone = problem._replace(priors=NO_PRIORS, also=(*problem.also, name))
         trial = alone.values(fit(alone, tolerance=1e-3, most=ALONE_STEPS).theta)
         guess = problem.values(problem.guess())
         tried.append(fit(problem, start=problem.inner(guess | trial)))
-    return min(tried, key=lambda fitted: fitted.squares)
-
-
-def slight(shift: np.ndarray, both: np.ndarray) -> bool:
-    """Whether a shift of the parameters is a small part of their intervals, by both covariances."""
-    halves = HALF_WIDTH * np.sqrt(np.max([np.diag(covariance) for covariance in both], axis=0))
-    return bool(np.all(np.abs(shift) <= SLIGHT * halves))
+    return settled(problem, min(tried, key=lambda found: found.squares))
 
 
 def split_of(record: StageSignals, part: float = PART) -> int:

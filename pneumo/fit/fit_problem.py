@@ -16,6 +16,8 @@ from scipy.signal import lfilter
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
+from pneumo.errors import InputError
+from pneumo.fit.engine import Solution, solve
 from pneumo.fit.fitted_parameters import (
     ALSO,
     CONFIGURED,
@@ -34,6 +36,7 @@ from pneumo.physics.valve import choked_flow
 from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
+OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
 ON_BOUND = 0.01  # of the distance between the bounds
 SUPPLY_LINE = 0.05  # s, time constant of the volume behind a supply that sags
 LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
@@ -94,7 +97,6 @@ class Problem(NamedTuple):
     plant: Plant  # as configured; fitted parameters replace its k_0, k_xu and V_d
     signals: StageSignals
     fixed: dict[str, float]  # parameters that are not fitted, in SI units
-    noisy: np.ndarray | None = None  # motions from `with_added_noise`; None for plain least squares
     also: tuple[str, ...] = ()  # of `ALSO`, fitted without prior knowledge; of the full order only
     priors: Mapping[str, Prior] = MappingProxyType({})  # of `CONFIGURED` parameters that are fitted too
 
@@ -140,6 +142,34 @@ class Problem(NamedTuple):
             result.append([search_value(name, end * scale) for end in (search.low, search.high)])
         return np.array(result).T
 
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Measured minus replayed pressures in units of P_s, shape (chamber, sample)."""
+        P = replayed_pressures(self, theta[None])[0]
+        residual = (self.signals.P - P) / self.plant.conditions.P_s
+        return np.where(np.isfinite(residual), residual, OFF)
+
+    def jacobian(self, theta: np.ndarray) -> np.ndarray:
+        """Derivative of the replayed pressures in units of P_s, shape (chamber, sample, parameter).
+
+        It is by one-sided differences, away from the nearer bound, and zero where there is no replay.
+        """
+        low, high = self.bounds()
+        steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
+        # One replay varies the same parameter of both chambers.
+        groups: dict[str, list[int]] = {}
+        for i, name in enumerate(self.names):
+            groups.setdefault(name.removesuffix("_A").removesuffix("_B"), []).append(i)
+        thetas = np.tile(theta, (len(groups) + 1, 1))
+        for row, members in zip(thetas[1:], groups.values(), strict=True):
+            row[members] += steps[members]
+        here, *others = replayed_pressures(self, thetas) / self.plant.conditions.P_s
+        result = np.zeros((*here.shape, len(theta)))
+        for other, members in zip(others, groups.values(), strict=True):
+            for i in members:
+                side = {"A": slice(0, 1), "B": slice(1, 2)}.get(self.names[i][-1], slice(0, 2))
+                result[side, :, i] = (other[side] - here[side]) / steps[i]
+        return np.nan_to_num(result, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+
     def at_bound(self, theta: np.ndarray) -> tuple[str, ...]:
         """Names of the parameters on a bound of the search; a lag, dead band or leak of zero is normal."""
         low, high = self.bounds()
@@ -170,42 +200,41 @@ class Problem(NamedTuple):
         return self.fixed | {name: si_value(name, x) for name, x in zip(self.names, theta, strict=True)}
 
 
-def replayed_pressures(problem: Problem, thetas: np.ndarray, motions: np.ndarray | None = None) -> np.ndarray:
-    """Pressures of a model with several sets of parameters, Pa, shape (motion, set, chamber, samples).
+def replayed_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
+    """Pressures of a model with several sets of parameters, Pa, shape (set, chamber, samples).
 
     They are NaN after a pressure was not positive. `thetas`, shape (set, parameter), is on the scale of the
-    search; `motions`, shape (motion, steps, stages, 2), is by default the measured one. One replay takes all
-    sets that differ only in n, k_xu, k_0, dead volumes, T_in, exhaust, first pressures or first temperatures;
+    search. One replay takes all sets that differ only in n, k_xu, k_0, dead volumes, T_in, exhaust, first pressures or first temperatures;
     sets that differ in `SHARED` parameters need another replay.
     """
     signals, values = problem.signals, [problem.values(theta) for theta in thetas]
-    motions = signals.motion[None] if motions is None else motions
     parts: list[np.ndarray] = []
     for i, (first, last) in enumerate(signals.pieces):
-        steps = slice(first * signals.stride, last * signals.stride)
         own = [value | {n: value.get(start_name(n, i), np.nan) for n in STARTS_OF_ONE} for value in values]
         piece = problem._replace(signals=signals.part(first, last))
-        parts.append(_pressures_of_record(piece, own, motions[:, steps]))
+        parts.append(_pressures_of_record(piece, own))
     return np.concatenate(parts, axis=-1)
 
 
-def _pressures_of_record(problem: Problem, values: list[dict[str, float]], motions: np.ndarray) -> np.ndarray:
+def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np.ndarray:
     """Pressures of one record, as from `replayed_pressures`, for sets of parameters in SI units."""
-    signals = problem.signals
+    signals, motion = problem.signals, problem.signals.motion
     lanes = lane_array([_lane(problem, value) for value in values])
     V_d, start = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("V_d", "start"))
     steps = signals.h, signals.stride
     if signals.flow is not None:
         inputs = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), *steps, start
-        return np.array([pressures_on_flows(motion, *inputs) for motion in motions])
+        return pressures_on_flows(motion, *inputs)
     if problem.model.name != FULL_ORDER:
         plant = problem.plant._replace(k_0=1.0)
-        return pressures_of_sets(signals.u, motions, lanes, V_d, plant, *steps, start, P_s=signals.P_s)
+        return pressures_of_sets(signals.u, motion[None], lanes, V_d, plant, *steps, start, P_s=signals.P_s)[
+            0
+        ]
     start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
     c, ratio = problem.plant.conditions, problem.plant.valve.exhaust
     T_in = np.array([value.get("T_in", c.T_in) for value in values])
     exhaust = np.array([value.get("exhaust", ratio) for value in values])
-    result = np.empty((len(motions), len(values), *signals.P.shape))
+    result = np.empty((len(values), *signals.P.shape))
     alike: dict[tuple[float, ...], list[int]] = {}
     for i, value in enumerate(values):
         alike.setdefault(tuple(value.get(name, np.nan) for name in SHARED), []).append(i)
@@ -215,17 +244,17 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]], motio
         u = behind_valve(signals.u, signals.h, value)
         P_s = sagging_supply(signals, u, plant, value["sag"]) if "sag" in value else signals.P_s
         sets = *steps, start[rows], start_T[rows], P_s, T_in[rows], exhaust[rows]
-        of_A = of_B = motions, plant
+        of_A = of_B = motion, plant
         if "C_B" in value:
-            of_B = motions, plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
+            of_B = motion, plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
         if LEAKS & value.keys():
             leaked = leaked_volume(signals, plant, value)
             of_A, of_B = with_leak(*of_A, leaked, 0), with_leak(*of_B, leaked, 1)
-        result[:, rows] = pressures_of_sets(u, of_A[0], lanes[rows], V_d[rows], of_A[1], *sets)
+        result[rows] = pressures_of_sets(u, of_A[0][None], lanes[rows], V_d[rows], of_A[1], *sets)[0]
         if of_B is not of_A:
-            other = pressures_of_sets(u, of_B[0], lanes[rows], V_d[rows], of_B[1], *sets)
-            result[:, rows, 1] = other[:, :, 1]
-        result[:, rows] = as_logged(result[:, rows], signals.period, value)
+            other = pressures_of_sets(u, of_B[0][None], lanes[rows], V_d[rows], of_B[1], *sets)[0]
+            result[rows, 1] = other[:, 1]
+        result[rows] = as_logged(result[rows], signals.period, value)
     return result + np.array([offsets(value) for value in values])
 
 
@@ -282,13 +311,13 @@ def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) 
     return np.stack([m * gas.R * c.T_amb / P for m, P in zip(flows, chambers, strict=True)], axis=-1)
 
 
-def with_leak(motions: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) -> tuple[np.ndarray, Plant]:
-    """Motions with a changed velocity that has the effect of a leak out of one chamber, and the plant.
+def with_leak(motion: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) -> tuple[np.ndarray, Plant]:
+    """Motion with a changed velocity that has the effect of a leak out of one chamber, and the plant.
 
     Air that leaks out lets the rest expand, as behind a moving piston: the rates of pressure and temperature
     are the same. `leaked`, m^3/s, is from `leaked_volume`. Position and plant are not changed.
     """
-    chamber, moved = chamber_of(plant.cylinder, side), motions.copy()
+    chamber, moved = chamber_of(plant.cylinder, side), motion.copy()
     moved[..., 1] += sign_of(side) * (leaked[:, side] / chamber.area)[:, None]
     return moved, plant
 
@@ -337,38 +366,34 @@ def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
     return plant
 
 
-def scaled_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
-    """Replayed pressures in units of P_s, shape (motion, set, chamber, samples).
+def fit(
+    problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.ndarray | None = None
+) -> Solution:
+    """Fit a model by least squares, from `start` on the scale of the search, or from `Problem.guess`.
 
-    The first motion is the measured one; the others have added noise.
+    `InputError` if no flows were measured and the valve leaks or is partly laminar, which the replay of a fit
+    does not model.
     """
-    measured = problem.signals.motion[None]
-    motions = measured if problem.noisy is None else np.concatenate([measured, problem.noisy])
-    return replayed_pressures(problem, thetas, motions) / problem.plant.conditions.P_s
+    valve = problem.plant.valve
+    if problem.signals.flow is None and (valve.leak or valve.laminar):
+        raise InputError(
+            f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"
+            " leave leak_dm3_per_sbar out, or measure the flows m_A and m_B"
+        )
+    start = problem.guess() if start is None else start
+    return solve(problem, start, tolerance=tolerance, most=most)
 
 
-def pressure_and_jacobian(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Replayed pressure in units of P_s, shape (motion, chamber, samples), and its derivative.
+def settled(problem: Problem, found: Solution) -> Solution:
+    """Minimum near a solution, where the search may have stopped early at a kink.
 
-    The first motion is the measured one; the others have added noise. The derivative, shape (motion, chamber,
-    samples, parameter), is by one-sided differences, away from the nearer bound. The pressure is NaN after it
-    was not positive.
+    The sum of squares has a kink wherever the dead time is a multiple of the step, as zero is. The search
+    goes on with the dead time held there, and then with all parameters.
     """
-    low, high = problem.bounds()
-    steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
-    # One replay varies the same parameter of both chambers.
-    groups: dict[str, list[int]] = {}
-    for i, name in enumerate(problem.names):
-        groups.setdefault(name.removesuffix("_A").removesuffix("_B"), []).append(i)
-    thetas = np.tile(theta, (len(groups) + 1, 1))
-    for row, members in zip(thetas[1:], groups.values(), strict=True):
-        row[members] += steps[members]
-    P = scaled_pressures(problem, thetas)
-    motions = P[:, 0, 0]
-    jacobian = np.zeros((len(motions), *problem.signals.P.shape, len(theta)))
-    for row, members in enumerate(groups.values(), start=1):
-        for i in members:
-            side = {"A": slice(0, 1), "B": slice(1, 2)}.get(problem.names[i][-1], slice(0, 2))
-            jacobian[:, side, :, i] = (P[:, row, side] - P[:, 0, side]) / steps[i]
-    np.nan_to_num(jacobian, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
-    return P[:, 0], jacobian
+    if "dead_time" not in problem.names:
+        return found
+    i, h = problem.names.index("dead_time"), problem.signals.h
+    start = found.theta.copy()
+    start[i] = np.clip(round(start[i] / h) * h, *problem.bounds()[:, i])
+    held = solve(problem, start, fixed=i)
+    return min(found, solve(problem, held.theta), key=lambda solution: solution.squares)

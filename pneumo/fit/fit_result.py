@@ -46,7 +46,7 @@ class FitWarning(str):
 class Estimate(NamedTuple):
     """One model, fitted; arrays of two are of chambers A and B."""
 
-    # SI units, as the model is replayed; corrected for the bias from noise in the position; fixed ones too.
+    # SI units, as the model is replayed; fixed ones too.
     values: dict[str, float]
     low: dict[str, float]  # ends of their 95 per cent intervals; NaN where open
     high: dict[str, float]
@@ -64,7 +64,6 @@ class Estimate(NamedTuple):
         0.0  # Pa, standard deviation of the residual by what is configured, within its accuracy
     )
     at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
-    uncorrected: bool = False  # whether intervals come from plain least squares
     offsets: Mapping[str, Any] = MappingProxyType({})  # `SensorOffset`, by the cause's name
     averaged: Mapping[str, float] = MappingProxyType({})  # where laws of the wall are averaged: their means
     laws: Mapping[Wall, float] = MappingProxyType({})  # weights of these laws

@@ -12,10 +12,9 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
-from pneumo.fit.fit_problem import FULL, LIMITS, Problem, search_value, si_value
+from pneumo.fit.fit_problem import FULL, LIMITS, Problem, fit, search_value, si_value
 from pneumo.fit.fit_result import VAGUE, Estimate, FitWarning, equally_good
 from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES, STARTS
-from pneumo.fit.least_squares import fit
 from pneumo.fit.position_checks import stated, stated_volume_warnings
 from pneumo.fit.residuals import BLOCK, Residual, block_means, residuals
 
@@ -197,7 +196,7 @@ def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
     before = _coloured(split)
     explained: dict[str, tuple[float, str]] = {}
     for cause in (name for name in CAUSES if name not in problem.also):
-        trial = problem._replace(noisy=None, also=(*problem.also, cause))
+        trial = problem._replace(also=(*problem.also, cause))
         fitted = fit(trial, tolerance=1e-3, most=STEPS)
         after = _coloured(residuals(trial, fitted.theta))
         if after < EXPLAINED * before:

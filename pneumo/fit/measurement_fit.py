@@ -9,6 +9,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
+from pneumo.fit.engine import covariances, expected_shifts, remainder_shifts
 from pneumo.fit.estimate import (
     NO_PRIORS,
     PART,
@@ -42,11 +43,10 @@ from pneumo.fit.fit_warnings import (
     undetermined_notes,
 )
 from pneumo.fit.fitted_parameters import ALSO, REPORTED, STARTS
-from pneumo.fit.parameter_intervals import covariances, expected_shifts, remainder_shifts
 from pneumo.fit.position_checks import dead_volume_notes, position_shown, stop_warnings
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import residuals, sensor_noise
-from pneumo.fit.stage_signals import FEW_PAIRS, StageSignals, stage_signals, with_added_noise
+from pneumo.fit.stage_signals import StageSignals, stage_signals
 from pneumo.fit.wall_laws import wall_law_notes
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve_dynamics import ValveDynamics
@@ -103,8 +103,6 @@ def fit_measurement(
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
     split = split_of(record, part)
     first = record.part(0, split)
-    noisy = with_added_noise(first)
-    few = noisy[: 2 * FEW_PAIRS]
     long = long_notes(record, split, part)
     for note in long:
         progress(f"note: {note}")
@@ -113,7 +111,7 @@ def fit_measurement(
     behind, reported, off, reference = (plant, record), (*REPORTED, *also), np.zeros((2, 1)), None
     estimates: dict[str, Estimate] = {}
     if has_full:
-        full = _full_order(record, plant, m.P, noisy=few, also=also, known=known, part=part, long=bool(long))
+        full = _full_order(record, plant, m.P, also=also, known=known, part=part, long=bool(long))
         behind, reported = (full.plant, full.record), full.reported
         off, reference = full.offsets, full.reference
         estimates[FULL.name] = full.estimate
@@ -122,7 +120,6 @@ def fit_measurement(
         fitted = estimate(
             MODELS[name],
             *behind,
-            noisy=noisy,
             intervals=reported,
             part=part,
             known=known,
@@ -137,7 +134,6 @@ def fit_measurement(
         plant=plant,
         signals=first,
         fixed={},
-        noisy=few,
         also=also,
         priors=full.prior if full else NO_PRIORS,
     )
@@ -157,7 +153,6 @@ def fit_measurement(
             *(wall_law_notes(estimates[judged.name]) if full else ()),
             *dead_volume_notes(m, plant, known),
             *alike_notes(reduced),
-            *uncorrected_notes(estimates),
         ),
         warnings=tuple(warnings),
         held_out_from=float(measurement.t[split]),
@@ -179,7 +174,6 @@ def _full_order(
     plant: Plant,
     measured: np.ndarray,
     *,
-    noisy: np.ndarray,
     also: tuple[str, ...],
     known: Accuracy,
     part: float,
@@ -204,7 +198,6 @@ def _full_order(
         FULL,
         plant,
         record,
-        noisy=noisy,
         intervals=() if far else reported,
         part=part,
         also=also,
@@ -241,13 +234,6 @@ def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
     return [f"a long record: the first {fitted:.4g} s are fitted, the other {rest:.4g} s held out"]
 
 
-def uncorrected_notes(estimates: Mapping[str, Estimate]) -> list[str]:
-    """Note on models whose curvature, corrected for noise in the position, is not positive."""
-    names = [name for name, estimate in estimates.items() if estimate.uncorrected]
-    text = "the curvature corrected for noise in the position is not positive: intervals without that"
-    return [f"{', '.join(names)}: {text}"] if names else []
-
-
 def validation(
     fitted: FitResult, measurement: Measurement, plant: Plant, *, command: Sampling = HELD
 ) -> dict[str, np.ndarray]:
@@ -269,7 +255,7 @@ def validation(
         full = name == FULL.name
         model, of_model = (FULL, (plant, record)) if full else (MODELS[name], (corrected, behind))
         problem = Problem(model, *of_model, fixed)
-        replayed = replayed_pressures(problem, first_pressures(problem)[None])[0, 0]
+        replayed = replayed_pressures(problem, first_pressures(problem)[None])[0]
         errors[name] = np.sqrt(np.mean((problem.signals.P - replayed) ** 2, axis=1))
     return errors
 

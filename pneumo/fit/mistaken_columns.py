@@ -5,8 +5,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
-from pneumo.fit.fit_problem import Problem
-from pneumo.fit.least_squares import fit
+from pneumo.fit.fit_problem import Problem, fit
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.stage_signals import stage_signals
 from pneumo.physics.models import MODELS

@@ -17,7 +17,7 @@ class Residual(NamedTuple):
     """Residual of one pressure, Pa."""
 
     rms: float
-    coloured: float  # rms of the part that neither white noise nor noise in the position explains
+    coloured: float  # rms of the part that white noise does not explain
     noise: float  # standard deviation of the sensor's noise
 
     @property
@@ -66,30 +66,22 @@ def block_means(signal: np.ndarray, length: int) -> np.ndarray:
 def residuals(problem: Problem, theta: np.ndarray) -> list[Residual]:
     """Residuals of both pressures at a set of parameters on the scale of the search."""
     signals = problem.signals
-    residual = signals.P - replayed_pressures(problem, theta[None])[0, 0]
-    noisy = np.empty((0, *residual.shape))
-    if problem.noisy is not None:
-        noisy = replayed_pressures(problem, theta[None], problem.noisy)[:, 0]
-    return split_residuals(signals.P, residual, signals.period, noisy)
+    residual = signals.P - replayed_pressures(problem, theta[None])[0]
+    return split_residuals(signals.P, residual, signals.period)
 
 
-def split_residuals(P: np.ndarray, residual: np.ndarray, period: float, noisy: np.ndarray) -> list[Residual]:
+def split_residuals(P: np.ndarray, residual: np.ndarray, period: float) -> list[Residual]:
     """Residuals of measured pressures P, split into noise and the rest.
 
-    The mean square of block means is compared with that of white noise and of replays with added noise. `P`
-    and `residual`, Pa, have the shape (chamber, sample); `noisy`, replays with noise added to the position,
-    (replay, chamber, sample), perhaps none.
+    The mean square of block means is compared with that of white noise. `P` and `residual`, Pa, have the shape
+    (chamber, sample).
     """
     length = max(1, round(BLOCK / period))
-    spread = np.zeros(2)
-    if len(noisy):
-        spread = np.nan_to_num(np.mean(block_means(noisy - noisy.mean(axis=0), length) ** 2, axis=(0, 2)))
     result: list[Residual] = []
     for side in range(len(P)):
         noise, steps = noise_of(P[side], residual[side]), quantum(P[side]) ** 2 / 12
         # Steps do not average out where a pressure is constant.
-        excess = float(np.mean(block_means(residual[side], length) ** 2)) - spread[side]
-        excess -= max(noise**2 / length, steps)
+        excess = float(np.mean(block_means(residual[side], length) ** 2)) - max(noise**2 / length, steps)
         rms = float(np.sqrt(np.mean(residual[side] ** 2)))
         result.append(Residual(rms, float(np.sqrt(max(excess, 0.0))), noise))
     return result

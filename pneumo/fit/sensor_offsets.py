@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pneumo.fit.engine import Solution, inverse_curvature, residual_scatter
 from pneumo.fit.fit_problem import LIMITS
-from pneumo.fit.least_squares import Fit
-from pneumo.fit.parameter_intervals import inverse_curvature, residual_scatter
 
 
 class SensorOffset(NamedTuple):
@@ -21,7 +20,7 @@ class SensorOffset(NamedTuple):
     shifts: np.ndarray  # of the parameters, on the scale of the search, if it were fitted too
 
 
-def sensor_offsets(best: Fit, changes: np.ndarray, P_s: float) -> list[SensorOffset]:
+def sensor_offsets(best: Solution, changes: np.ndarray, P_s: float) -> list[SensorOffset]:
     """Offsets of both sensors, each found as if it alone were fitted too, at the optimum of a fit.
 
     `changes`, from `changes_of`, are those of the residual if a configured quantity is off, in units of P_s.

@@ -3,9 +3,6 @@
 Position and velocity come from one smoothing spline, so that noise in the velocity is the derivative of noise
 in the position. Generalised cross-validation chooses the smoothing (Craven and Wahba 1979), computed in
 the cosine spectrum (Garcia 2010), where it is cheap.
-
-The noise that remains biases a replay. `with_added_noise` adds as much again: the shift that this causes
-estimates the bias already there, and `pneumo.fit.least_squares` subtracts it.
 """
 
 from collections.abc import Sequence
@@ -28,10 +25,7 @@ SMOOTHING = np.logspace(-6, 14, 201)  # weights of the squared second difference
 PIECE = 64  # samples
 # Samples of a spline, which takes a kilobyte for each; of a longer record it is made of pieces that overlap.
 LONGEST_SPLINE, OVERLAP = 100_000, 2_000
-# Antithetic pairs, noise and its negative, cancel odd-order terms.
-FEW_PAIRS = 3  # enough to minimise the corrected sum of squares
 TINY = 1e-300  # no flow at all
-PAIRS = 16  # for the estimate and its variance: the standard error is then known to some 15 %
 
 
 class StageSignals(NamedTuple):
@@ -181,27 +175,3 @@ def stage_signals(
         flow=flow,
         begins=begins,
     )
-
-
-def with_added_noise(signals: StageSignals, pairs: int = PAIRS, seed: int = 0) -> np.ndarray:
-    """Motions with noise added to the smoothed position, which is then smoothed again.
-
-    There are two motions for each of the `pairs`, one with a noise and one with its negative: antithetic
-    pairs cancel odd-order terms. The shape is (motion, step, stage, 2), as of `StageSignals.motion`.
-    """
-    steps, stride = signals.motion[:, :, 0], signals.stride
-    x = np.append(steps[::stride, 0], steps[-1, -1])
-    t, at = signals.period * np.arange(len(x)), stage_times(len(steps), signals.h)
-    rng = np.random.default_rng(seed)
-
-    def smoothed(values: np.ndarray) -> np.ndarray:
-        parts: list[np.ndarray] = []
-        for first, last in signals.pieces:
-            seen, stages = slice(first, last + 1), slice(first * stride, (last + 1) * stride)
-            spline = make_smoothing_spline(t[seen], values[seen], lam=signals.penalty)
-            parts.append(np.stack([spline(at[stages]), spline.derivative()(at[stages])], axis=-1))
-        return np.concatenate(parts)
-
-    motion = smoothed(x)
-    noises = smoothed(rng.normal(0.0, signals.noise, (pairs, len(x))).T).transpose(2, 0, 1, 3)
-    return np.array([motion + sign * noise for noise in noises for sign in (1.0, -1.0)])

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pneumo.fit.fit_problem import FULL, Problem
+from pneumo.fit.engine import Solution
+from pneumo.fit.fit_problem import FULL, Problem, fit
 from pneumo.fit.fit_result import AS_GOOD, Estimate
 from pneumo.fit.fitted_parameters import STARTS
-from pneumo.fit.least_squares import Fit, descend, fit
 from pneumo.physics.models import Wall
 
 # As a note says them, the full order's first.
@@ -20,24 +20,23 @@ WALL_LAWS: dict[Wall, str] = {
     "k_0": "constant",
     "lambda_0 A_q": "in proportion to its area",
 }
-LAW_STEPS = 4  # near the minimum of a wall's law
 LAWS_ALIKE = 0.01  # difference of k_0 between the mean over laws and one law, up to which nothing is said
 
 
-def wall_law_fits(problem: Problem, best: Fit) -> dict[Wall, Fit]:
+def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:
     """Fits by law of the wall: first the full order's law, then the other laws that fit about as well.
 
     The minimum of another law may be far along the valley of b, C and k_0.
     """
-    fits: dict[Wall, Fit] = {}
+    fits: dict[Wall, Solution] = {}
     for wall in WALL_LAWS:
-        of_law = problem._replace(noisy=None, model=FULL._replace(wall=wall))
-        fits[wall] = descend(of_law, fit(of_law, start=best.theta).theta, most=LAW_STEPS)
+        of_law = problem._replace(model=FULL._replace(wall=wall))
+        fits[wall] = best if wall == FULL.wall else fit(of_law, start=best.theta)
     most = AS_GOOD**2 * min(fitted.squares for fitted in fits.values())
     return {wall: fitted for wall, fitted in fits.items() if wall == FULL.wall or fitted.squares <= most}
 
 
-def likelihoods(fits: Sequence[Fit]) -> np.ndarray:
+def likelihoods(fits: Sequence[Solution]) -> np.ndarray:
     """Likelihoods of fits if the sensors' noise is white, divided by their sum.
 
     The noise's variance is from differences of the best fit's residual from sample to sample, which slow

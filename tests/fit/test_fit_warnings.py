@@ -14,7 +14,6 @@ from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem
 from pneumo.fit.fit_result import Estimate, equally_good
 from pneumo.fit.fit_warnings import (
-    _near,
     dead_volume_warnings,
     disagreements,
     doubtful,
@@ -27,7 +26,7 @@ from pneumo.fit.fitted_parameters import ALSO, REPORTED
 from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.measurement import Measurement
-from pneumo.fit.residuals import Residual, block_means
+from pneumo.fit.residuals import Residual
 from pneumo.fit.stage_signals import StageSignals, stage_signals
 from pneumo.fit.valve_signal import valve_signal
 from pneumo.physics.models import MODELS
@@ -172,10 +171,6 @@ def test_valve_signal_is_late_lags_and_keeps_the_integral():
     np.testing.assert_allclose(slow, exact, atol=1e-9)
 
 
-def test_means_over_blocks_leave_a_shorter_rest_out():
-    np.testing.assert_array_equal(block_means(np.arange(7.0), 3), [1.0, 4.0])
-
-
 @pytest.mark.slow
 def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
     c = bench_record(RIG._replace(exhaust=0.75), np.random.default_rng(3), SECONDS)
@@ -233,8 +228,3 @@ def test_a_piston_that_waits_at_its_stops_with_an_open_valve_is_no_obstacle():
     assert (k_xu, V_d) == pytest.approx((rig.valve.k_xu, rig.cylinder.V_d_A), rel=0.02)
     assert found.data["rms_held_out"].sel(model="full").values == pytest.approx(1e3, rel=0.1)
     assert not any("not as assumed" in text for text in found.warnings)
-
-
-def test_an_event_is_near_for_so_many_samples_and_no_longer():
-    events = np.array([False, True, False, False, False])
-    assert _near(events, 2).tolist() == [False, True, True, True, False]

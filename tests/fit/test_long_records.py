@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from pneumo.fit.least_squares import fit
 
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.fit.estimate import split_of
-from pneumo.fit.least_squares import fit
 from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.stage_signals import stage_signals

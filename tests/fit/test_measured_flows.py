@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
+from pneumo.fit.least_squares import fit
 
 from pneumo import simulate
 from pneumo.errors import InputError
 from pneumo.fit.fit_problem import Problem, replayed_pressures
-from pneumo.fit.least_squares import fit
 from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.columns import ANR

@@ -1,17 +1,13 @@
 """Stops and configured dead volumes show a wrong zero or scale of x, or stroke, in millimetres."""
 
-import re
-
 import numpy as np
 import pytest
 
 from pneumo.configuration.parameters import accuracy, load, study
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.position_checks import (
-    contact,
     dead_volume_notes,
     position_shown,
-    reason_of,
     stated,
     stated_volume_warnings,
     stop_warnings,
@@ -78,47 +74,6 @@ def test_stops_that_give_way_are_where_the_piston_meets_them(wrong):
     assert bool(stop_warnings(pressed, PLANT, accuracy())) == bool(wrong)
 
 
-def test_dead_volumes_move_by_what_the_piston_displaces_in_per_cent():
-    (text,) = stop_warnings(moved(-HALF + 5e-3, HALF + 5e-3), PLANT, accuracy())
-    c = PLANT.cylinder
-    said = [float(number) for number in re.findall(r"V_d of [AB] by (\d+) %", text)]
-    assert said == pytest.approx([500e-3 * c.A_A / c.V_d_A, 500e-3 * c.A_B / c.V_d_B], abs=1.0)
-
-
-@pytest.mark.parametrize(("part", "shown"), [(0.45, False), (0.55, True)])
-def test_a_piston_rests_on_a_stop_under_half_of_the_largest_force(part, shown):
-    """The largest force is that of the supply over the atmosphere on the smaller area: decision 93."""
-    c, air = PLANT.cylinder, PLANT.conditions
-    force = part * (air.P_s - air.P_atm) * min(c.A_A, c.A_B)
-    record = moved(-HALF, HALF)
-    for end, x in ((0, "low"), (1, "high")):
-        sign = 1.0 if end else -1.0
-        P_A = (sign * force - c.load + c.A_B * 4e5) / c.A_A
-        P = np.array([np.full(len(record.x), P_A), np.full(len(record.x), 4e5)])
-        stops = stops_of(record._replace(P=P), PLANT)
-        assert np.isfinite(getattr(stops, x)) == shown
-        assert np.isnan(stops[1 - end])
-
-
-@pytest.mark.parametrize(("part", "odd"), [(0.14, False), (0.16, True), (-0.13, False), (-0.14, True)])
-def test_configured_dead_volumes_are_known_to_15_percent(part, odd):
-    """Within the logarithm of 1.15, to either side: decision 93."""
-    c = STATED.cylinder
-    values = {"V_d_A": (1 + part) * c.V_d_A, "V_d_B": c.V_d_B}
-    sure = found(0.0, 0.0, half=0.0)._replace(values=values, low=values, high=values)
-    assert bool(stated_volume_warnings(STATED, sure)) == odd
-
-
-def test_an_error_of_the_position_with_less_than_half_of_the_effect_is_not_named():
-    # A zero counts twice: it moves both stops, one volume up and the other down.
-    assert reason_of(1e-3, 0.9e-3, 0.1) == "a zero of x off by 1 mm"
-    assert reason_of(1e-3, 1.1e-3, 0.1) == (
-        "a zero of x off by 1 mm and a stroke 1.1 mm too short or an x 1.1 % too large"
-    )
-    assert reason_of(0.4e-3, 2e-3, 0.1) == "a stroke 2 mm too short or an x 2 % too large"
-    assert "a zero of x off by 0.6 mm and" in reason_of(0.6e-3, 2e-3, 0.1)
-
-
 def test_one_stop_alone_does_not_say_what_is_wrong():
     record = moved(-0.5 * HALF, HALF + 4e-3)
     one = record._replace(P=np.where(record.u > 0, record.P, 5e5))
@@ -149,19 +104,6 @@ def test_dead_volumes_that_are_not_those_configured_are_said_in_millimetres(shif
     assert said in texts[0] if said else texts == []
 
 
-def test_both_dead_volumes_are_told_over_those_configured():
-    estimate = found(0.0, 0.0)
-    values = {"V_d_A": 2 * STATED.cylinder.V_d_A, "V_d_B": 5 * STATED.cylinder.V_d_B}
-    (text,) = stated_volume_warnings(STATED, estimate._replace(values=estimate.values | values))
-    assert text.startswith("the dead volumes of A and B are 2 and 5 times those configured")
-
-
-def test_a_dead_volume_that_the_record_hardly_knows_contradicts_nothing():
-    assert stated_volume_warnings(STATED, found(-5e-3, 5e-3, half=2.0)) == []
-    blank = found(-5e-3, 5e-3)._replace(low={}, high={})
-    assert stated_volume_warnings(STATED, blank) == []
-
-
 def test_where_nothing_shows_a_wrong_zero_a_note_says_so():
     assert stated(STATED) and not stated(PLANT)
     between = moved(-HALF, HALF, pressed=False)
@@ -186,14 +128,6 @@ def test_a_position_that_nothing_shows_is_known_to_5_mm_unless_stated(tmp_path):
         assert (known.x_zero, known.x_scale) == pytest.approx((2e-4, 3e-3))
 
 
-@pytest.mark.parametrize("gives", [1e-6, -1e-6])
-def test_no_stop_gives_way_against_the_force(gives):
-    force = np.linspace(200.0, 400.0, 401)
-    x = 0.08 + gives * force
-    expected = 0.08 if gives > 0 else np.median(x)
-    assert contact(x, force) == pytest.approx(expected, rel=1e-9)
-
-
 def test_a_piston_that_rests_elsewhere_under_force_is_on_no_stop():
     """It is held up for 0.3 s at 4 mm or 60 mm from either end, longer than it rests on the stop."""
     for inward in (4e-3, 60e-3):
@@ -201,15 +135,6 @@ def test_a_piston_that_rests_elsewhere_under_force_is_on_no_stop():
         x = record.x.reshape(2, 1000).copy()
         x[:, 500:800], x[:, :300] = -HALF + inward, HALF - inward
         assert stops_of(record._replace(x=x.ravel()), PLANT) == pytest.approx((-HALF, HALF), abs=1e-5)
-
-
-@pytest.mark.parametrize("name", ["x_zero", "stroke", "x_scale"])
-def test_stops_may_be_off_by_twice_what_each_accuracy_allows(name):
-    """A zero counts whole, a stroke by half, a scale over half the stroke: decision 93."""
-    exact = accuracy()._replace(x_zero=0.0, stroke=0.0, x_scale=0.0)
-    known = exact._replace(**{name: {"x_zero": 1e-3, "stroke": 2e-3, "x_scale": 1e-3 / HALF}[name]})
-    for off, said in ((1.95e-3, False), (2.05e-3, True)):
-        assert bool(stop_warnings(moved(-HALF + off, HALF + off), PLANT, known)) == said
 
 
 def test_a_piston_that_rests_near_a_stop_without_force_does_not_show_it():
@@ -231,18 +156,6 @@ def test_a_piston_that_creeps_through_its_end_rests_on_no_stop():
     assert np.isnan(stops_of(record._replace(x=creeping), PLANT)).all()
 
 
-@pytest.mark.parametrize("samples", [1, 2])
-def test_of_a_slow_logger_two_samples_are_a_rest(samples):
-    once = np.linspace(-HALF, HALF, 10)
-    rng = np.random.default_rng(4)
-    x = np.tile(np.concatenate([once[2 - samples :], once[::-1][2 - samples :]]), 100)[:1800]
-    x = x + rng.normal(0.0, 1e-7, len(x))  # a sensor without steps
-    pressed = PLANT.conditions.P_s * rng.uniform(0.8, 1.0, len(x))
-    P = np.where(np.array([x > 0, x < 0]), pressed, PLANT.conditions.P_atm)
-    stops = stops_of(Measurement("m", 0.05, np.zeros(len(x)), x, P), PLANT)
-    assert stops == pytest.approx((-HALF, HALF), abs=1e-6) if samples == 2 else np.isnan(stops).all()
-
-
 def test_a_load_pushes_the_piston_too():
     c, air = PLANT.cylinder, PLANT.conditions
     load = 0.4 * (air.P_s - air.P_atm) * min(c.A_A, c.A_B)
@@ -255,33 +168,8 @@ def test_a_load_pushes_the_piston_too():
     assert np.isnan(low) and high == pytest.approx(HALF, abs=1e-4)
 
 
-@pytest.mark.parametrize(("noise", "rigid"), [(4e-5, False), (1.1e-4, True), (3e-3, True)])
-def test_a_stop_is_rigid_where_its_forces_cannot_show_0_1_mm(noise, rigid):
-    """401 forces that scatter by 10 N about 300 N show a slope to 0.1 mm under noise of 67 um."""
-    rng = np.random.default_rng(5)
-    force = 300.0 + 10.0 * rng.permutation(np.repeat([-1.0, 1.0], 201)[:401])
-    x = 0.08 + 1e-6 * force + rng.normal(0.0, noise, 401)
-    expected = np.median(x) if rigid else 0.08
-    assert contact(x, force) == pytest.approx(expected, abs=0.0 if rigid else 1.2e-4)
-
-
-@pytest.mark.parametrize("force", [np.full(50, 300.0), 300.0 + 1e-12 * np.arange(50)])
-def test_a_simulated_piston_at_rest_under_one_force_is_on_its_stop(force):
-    assert contact(np.full(50, 0.08), force) == 0.08
-
-
 def test_stops_elsewhere_are_not_said_where_they_hardly_move_the_dead_volumes():
     c = PLANT.cylinder
     large = PLANT._replace(cylinder=c._replace(V_d_A=0.2 * c.A_A, V_d_B=0.2 * c.A_B))
     for off, said in ((9e-3, False), (11e-3, True)):  # of 5 % of 200 mm
         assert bool(stop_warnings(moved(-HALF + off, HALF + off), large, accuracy())) == said
-
-
-@pytest.mark.parametrize(("distance", "odd"), [(0.32, False), (0.345, True)])
-def test_half_an_interval_adds_to_what_is_known_of_a_dead_volume(distance, odd):
-    """The root of 0.3^2 and of the square of ln 1.15 is 0.331."""
-    c = STATED.cylinder
-    values = {"V_d_A": c.V_d_A * np.exp(distance), "V_d_B": c.V_d_B}
-    low, high = ({name: value * np.exp(sign * 0.3) for name, value in values.items()} for sign in (-1, 1))
-    estimate = found(0.0, 0.0)._replace(values=values, low=low, high=high)
-    assert bool(stated_volume_warnings(STATED, estimate)) == odd

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.interpolate import make_smoothing_spline
 
 from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.fit.stage_signals import (
@@ -53,41 +52,6 @@ def test_steps_are_short_where_a_valve_fills_a_small_chamber_fast(plant, side):
     found = stage_signals(PERIOD, u, x, np.zeros((2, 50)), large)
     assert found.h <= longest < found.h * (1 + 1 / (found.stride - 1))
     assert stage_signals(PERIOD, 0 * u, x, np.zeros((2, 50)), large).stride == 2
-
-
-def test_a_spline_in_pieces_is_the_spline(record, plant, monkeypatch):
-    _, u, x, whole = record
-    monkeypatch.setattr("pneumo.fit.stage_signals.LONGEST_SPLINE", 90)
-    monkeypatch.setattr("pneumo.fit.stage_signals.OVERLAP", 60)
-    lengths = []
-
-    def counted(t, x, lam):
-        lengths.append(len(t))
-        return make_smoothing_spline(t, x, lam=lam)
-
-    monkeypatch.setattr("pneumo.fit.stage_signals.make_smoothing_spline", counted)
-    pieces = stage_signals(PERIOD, u, x, np.zeros((2, 400)), plant)
-    assert lengths == [151, 211, 211, 190, 100]  # a piece of 90 and 60 on either side, as far as there are
-    # 60 samples beyond the end of a piece are as good as all: what is left is far below the noise of 0.2 mm.
-    np.testing.assert_allclose(pieces.motion[..., 0], whole.motion[..., 0], rtol=0, atol=2e-7)
-    np.testing.assert_allclose(pieces.motion[..., 1], whole.motion[..., 1], rtol=0, atol=2e-5)
-
-
-def test_added_noise_is_as_large_as_the_measured(record):
-    *_, found = record
-    made = with_added_noise(found, 4, seed=1)
-    assert len(made) == 8
-    # A noise and its negative: all pairs have one mean, to rounding of 0.05 m and 0.4 m/s.
-    np.testing.assert_allclose(made[::2] + made[1::2], np.array([made[0] + made[1]] * 4), rtol=0, atol=1e-14)
-    for plus, minus in zip(made[::2], made[1::2], strict=True):
-        middle = (plus + minus) / 2
-        # Smoothing what is smooth changes it by far less than the noise.
-        assert np.std((middle - found.motion)[:, :, 0]) < 0.3 * found.noise
-        half = (plus - minus)[:, :, 0] / 2
-        assert abs(half.mean()) < 0.25 * found.noise  # 400 samples know their mean to a twentieth
-        assert 0.05 * found.noise < np.std(half) < 0.8 * found.noise  # smoothed, too
-        slope = np.gradient(half[:, 0], found.h)
-        assert np.corrcoef(slope, (plus - minus)[:, 0, 1])[0, 1] > 0.99
 
 
 def test_smoothing_is_that_with_the_lowest_generalised_cross_validation():

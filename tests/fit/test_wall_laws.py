@@ -1,17 +1,14 @@
 """A wall of another law than the full order's: its own k_0 is the estimate, the full order's is replayed."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
-from pneumo.fit.fit_problem import FULL, Problem
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.record.measurement import Measurement
-from pneumo.fit.wall_laws import WALL_LAWS, wall_law_fits, wall_law_notes
+from pneumo.fit.wall_laws import WALL_LAWS, wall_law_notes
 
 pytestmark = pytest.mark.xdist_group("fit doubts")  # its fixture takes seconds
 RIG, SECONDS = purpose_rig(), 5.0
@@ -57,22 +54,3 @@ def test_a_wall_of_the_full_orders_law_has_no_note():
     full = Estimate({"k_0": 0.6}, {}, {}, none, none, none, averaged={"k_0": 0.605}, laws=laws)
     assert list(WALL_LAWS) == ["lambda A_q", "k_0", "lambda_0 A_q"]
     assert wall_law_notes(full) == [] != wall_law_notes(full._replace(averaged={"k_0": 0.59}))
-
-
-def test_laws_that_fit_about_as_well_are_kept_and_the_full_orders_always(monkeypatch):
-    def kept(**squares):
-        by_wall = dict(zip(WALL_LAWS, squares.values(), strict=True))
-
-        def fitted(problem, *_, **__):
-            return SimpleNamespace(theta=None, squares=by_wall[problem.model.wall])
-
-        monkeypatch.setattr("pneumo.fit.wall_laws.fit", fitted)
-        monkeypatch.setattr("pneumo.fit.wall_laws.descend", fitted)
-        problem = Problem(FULL, None, None, {})
-        return list(wall_law_fits(problem, SimpleNamespace(theta=None)))
-
-    full, constant, area = WALL_LAWS
-    assert kept(full=9.0, constant=1.0, area=1.1) == [full, constant, area]  # errors within 1.05
-    assert kept(full=9.0, constant=1.11, area=1.0) == [full, area]
-    assert kept(full=9.0, constant=1.0, area=1.11) == [full, constant]
-    assert kept(full=1.0, constant=2.0, area=2.0) == [full]

@@ -18,13 +18,12 @@ from pneumo.configuration.experiment import Plant
 from pneumo.fit.closed.closed_warnings import check_closed, closed_warnings
 from pneumo.fit.closed.thermal_laws import LAWS, ClosedProblem, ClosedRecord, fitted_names
 from pneumo.fit.closed.thermal_time_constant import LARGEST_MOTION
+from pneumo.fit.engine import CLOSE, HALF_WIDTH, WIDE, Solution, covariances, inverse_curvature, profile_end
 from pneumo.fit.estimate import PART, alike_notes, at_temperature, error_line, ranked
 from pneumo.fit.fit_result import ClosedChambersResult, Estimate, equally_good, fit_data
-from pneumo.fit.least_squares import Fit
-from pneumo.fit.parameter_intervals import HALF_WIDTH, WIDE, covariances, crossing, inverse_curvature
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual, split_residuals
-from pneumo.fit.stage_signals import FEW_PAIRS, smoothing
+from pneumo.fit.stage_signals import smoothing
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import Side, chamber_of, volume
 
@@ -33,9 +32,8 @@ HELD = ("wall heat, constant", "wall heat, area and root of PT")  # laws that di
 MOST_EVALUATIONS = 100  # in the least squares of a law
 MOST_SAMPLES = 4000  # of a chamber in the sum of squares
 FIRST_STEP = 0.3  # in the search for an end of an interval, on a logarithmic scale
-ROUNDS, STEPS = 2, 15  # values tried between two bounds of an end, and evaluations for each
-LEAST = 1e-3  # deviance below which the accuracy of the least squares counts
-NO_REPLAY = 1e6  # deviance of replays that are not stable
+STEPS = 15  # evaluations for each value that is tried for an end
+NO_REPLAY = 1e3  # excess of replays that are not stable
 FARTHEST = 1e3  # factor from the estimate beyond which an end is open
 POSITIVE = ("k_A", "k_B", "V_d_A", "V_d_B")
 SMALLEST = 1e-3  # value over its scale below which a parameter is zero
@@ -50,25 +48,17 @@ class Solved(NamedTuple):
     residuals: dict[str, Residual]  # by chamber, of the part fitted
 
 
-def closed_records(measurement: Measurement, plant: Plant) -> tuple[ClosedRecord, list[ClosedRecord]]:
-    """Record with a smoothed position; where the piston moves, also records with noise added to that.
-
-    There is one for each noise and one for its negative; each position is smoothed again.
-    """
+def closed_record(measurement: Measurement, plant: Plant) -> ClosedRecord:
+    """Record with a smoothed position."""
     c, gas, cylinder, t, x = plant.conditions, plant.gas, plant.cylinder, measurement.t, measurement.x
-    penalty, noise = smoothing(x, measurement.period) if np.ptp(x) > 0 else (0.0, 0.0)
     if np.ptp(x) > 0:
+        penalty, _ = smoothing(x, measurement.period)
         x = make_smoothing_spline(t, x, lam=penalty)(t)
     x, areas = x + cylinder.stroke / 2, (cylinder.A_A, cylinder.A_B)
     size = areas, cylinder.bore, cylinder.stroke
-    record = ClosedRecord(
+    return ClosedRecord(
         measurement.name, t, x, measurement.P, *size, gas.R, gas.gamma, c.T_amb, c.P_0 * c.T_0
     )
-    if noise == 0 or not moves(record):
-        return record, []
-    half = np.random.default_rng(0).normal(0.0, noise, (FEW_PAIRS, len(t)))
-    noisy = (make_smoothing_spline(t, x + added, lam=penalty)(t) for added in (*half, *-half))
-    return record, [record._replace(x=x) for x in noisy]
 
 
 def moves(record: ClosedRecord) -> bool:
@@ -102,7 +92,7 @@ def fit_closed(
         moves. Also if `check` refuses the record.
     """
     plant = at_temperature(plant, measurement.T)
-    record, noisy = closed_records(measurement, plant)
+    record = closed_record(measurement, plant)
     chambers, notes = check_closed(record, plant, measurement, check)
     if not moves(record):
         notes.append(
@@ -112,7 +102,7 @@ def fit_closed(
     solved: dict[str, Solved] = {}
     fitted = round(part * (len(record.t) - 1)) + 1
     for name in LAWS if moves(record) else HELD:
-        solved[name] = _solved(_problem(name, record, plant, fitted, chambers), noisy)
+        solved[name] = _solved(_problem(name, record, plant, fitted, chambers))
         estimates[name] = _estimate(solved[name])
         progress(error_line(name, estimates[name]))
     estimates = ranked(estimates)
@@ -157,15 +147,14 @@ def _problem(
     )
 
 
-def _solved(problem: ClosedProblem, noisy_records: Sequence[ClosedRecord]) -> Solved:
+def _solved(problem: ClosedProblem) -> Solved:
     """Law at the minimum of its sum of squares."""
     optimum = problem.solve(most=MOST_EVALUATIONS)
     record, seen, first = problem.record, list(problem.chambers), problem.fitted
     pressure = np.full_like(record.P, np.nan)
     pressure[seen] = problem.replay(optimum.x, len(record.t))[seen]
-    noisy = [problem._replace(record=other).replay(optimum.x, first)[seen] for other in noisy_records]
     residual = (record.P - pressure)[seen, :first]
-    split = split_residuals(record.P[seen, :first], residual, record.h, np.array(noisy))
+    split = split_residuals(record.P[seen, :first], residual, record.h)
     residuals = {Side(side).name: parts for side, parts in zip(seen, split, strict=True)}
     return Solved(problem, optimum, pressure, residuals)
 
@@ -223,10 +212,7 @@ def _intervals(solved: Solved) -> tuple[dict[str, float], dict[str, float]]:
     problem, optimum = solved.problem, solved.optimum
     theta, J, squares = optimum.x, optimum.jac, 2 * float(optimum.cost)
     residual, jacobian = (a.reshape(len(problem.chambers), -1, *a.shape[1:]) for a in (optimum.fun, J))
-    if len(residual) == 1:  # add a second chamber, with the same noise, that depends on no parameter
-        residual, jacobian = np.concatenate([residual] * 2), np.concatenate([jacobian, 0 * jacobian])
-    none = np.zeros(2 * theta.shape), np.zeros(theta.shape)  # no scatter, no priors
-    fit = Fit(theta, residual, jacobian, squares, -J.T @ optimum.fun, J.T @ J, *none)
+    fit = Solution(theta, residual, jacobian, squares, np.zeros(theta.shape))
     far = any(residual.far_from_noise for residual in solved.residuals.values())
     variances = np.array([np.diag(c) for c in covariances(fit, squares if far else 0.0)]).max(axis=0)
     half, curvature = HALF_WIDTH * np.sqrt(variances), np.diag(inverse_curvature(fit))
@@ -258,22 +244,15 @@ def _end(
     if best < SMALLEST and sign < 0:
         return np.nan
 
-    def deviance(distance: float) -> float:
+    def excess(distance: float) -> float:
+        if distance == 0:
+            return -1.0
         fixed = {name: max(best, SMALLEST) * float(np.exp(sign * distance))}
         profile = problem.solve(optimum.x, most=STEPS, **fixed)
-        return max(2 * float(profile.cost - optimum.cost) / allowed, LEAST)
+        return float(np.sqrt(max(2 * float(profile.cost - optimum.cost) / allowed, 0.0))) - 1
 
-    nearer, below, farther = 0.0, LEAST, FIRST_STEP
-    while (above := deviance(farther)) < 1:
-        if farther > np.log(FARTHEST):
-            return np.nan
-        nearer, below, farther = farther, above, 2 * farther
-    if above > NO_REPLAY:  # steps as long as the sampling period are too long: the end is not known
+    distance = profile_end(excess, FIRST_STEP, np.log(FARTHEST))
+    # Beyond `NO_REPLAY`, steps as long as the sampling period are too long: the end is not known.
+    if np.isinf(distance) or excess(distance * (1 + CLOSE)) > NO_REPLAY:
         return np.nan
-    for _ in range(ROUNDS):
-        middle = crossing(nearer, below, farther, above)
-        if (tried := deviance(middle)) < 1:
-            nearer, below = middle, tried
-        else:
-            farther, above = middle, tried
-    return max(best, SMALLEST) * float(np.exp(sign * (farther if above < 1 / below else nearer)))
+    return max(best, SMALLEST) * float(np.exp(sign * distance))

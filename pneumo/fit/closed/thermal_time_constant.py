@@ -21,7 +21,7 @@ from scipy.stats import norm
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fit.parameter_intervals import LEVEL, correlations
+from pneumo.fit.engine import LEVEL, correlations
 from pneumo.fit.record.measurement import Measurement
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import Side, chamber_of, heat_area, volume, wetted_area

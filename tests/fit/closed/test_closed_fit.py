@@ -1,7 +1,5 @@
 """Closed chambers in `pneumo fit`: what made a record is found, and what cannot be seen is said."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,7 +7,6 @@ from closed_truth import Truth, measured, pressures
 
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import InputError
-from pneumo.fit.closed import closed_fit as closed_fit_module
 from pneumo.fit.closed.closed_fit import HELD, closed_records, fit_closed
 from pneumo.fit.closed.closed_warnings import closed_warnings
 from pneumo.fit.closed.thermal_time_constant import transient
@@ -238,17 +235,3 @@ def test_the_configuration_gets_k_0_and_dead_volumes_and_the_page_stands_alone(c
             assert saved.attrs[name] == "\n".join(texts)
     page = fit_page(closed_fit, "closed.csv")
     assert "position alone" in page and "every k scales" in page
-
-
-@pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_an_interval_ends_where_the_sum_of_squares_has_risen_by_what_is_allowed(sign):
-    best, allowed, half = 3.0, 0.4, 0.2
-
-    class Parabola:
-        def solve(self, _start, most, k_0):
-            assert most > 0
-            return SimpleNamespace(cost=7.0 + allowed / 2 * (np.log(k_0 / best) / half) ** 2)
-
-    end = closed_fit_module._end(Parabola(), SimpleNamespace(x=None, cost=7.0), "k_0", best, sign, allowed)
-    # The secant of the root of a parabola crosses it at once: rounding is left.
-    assert end == pytest.approx(best * np.exp(sign * half), rel=1e-12)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from exported_c import C_COMPILER, STRICT, run_test_program, write
 
-from pneumo.fit.rig.rig_c import node_names, rig_c
+from pneumo.fit.rig.rig_c import rig_c
 from pneumo.fit.rig.rig_file import rig
 from pneumo.fit.rig.rig_record import Points, Run, vessel_run
 from pneumo.fit.rig.rig_replay import network, replay_run, valve_opening
@@ -135,15 +135,6 @@ def test_its_test_program_goes_once_over_the_whole_travel_and_opens_the_valve_on
         np.testing.assert_allclose(signal[[0, -1]], 0.0, atol=1e-15)  # of a sine of pi
 
 
-def test_a_conductance_holds_where_the_first_run_begins():
-    known = rig(EVERYTHING, "test")
-    values = {name: low for name, (low, _) in known.ends.items()}
-    first = driven()
-    later = first._replace(x=first.x[::-1] * 0.5, travel=0.05)
-    alone, of_both = (rig_c(known, "full order", values, runs) for runs in ([first], [first, later]))
-    assert of_both == alone != rig_c(known, "full order", values, [later, first])
-
-
 @C_COMPILER
 def test_a_step_that_fails_leaves_the_state(tmp_path):
     known = rig(CHAMBER, "test")
@@ -153,25 +144,6 @@ def test_a_step_that_fails_leaves_the_state(tmp_path):
     start, end = (ctypes.c_double * 2)(0.0, 0.0), (ctypes.c_double * 2)(-0.1, 0.0)  # beyond no volume
     assert library.rig_step(start, end, ctypes.c_double(1e-3), state) == 1
     assert list(state) == [1e5, 293.0, 293.0]
-
-
-def test_links_join_the_nodes_that_a_rig_has_side_by_side():
-    known = rig(EVERYTHING, "test")
-    of_rig = network_of_run(known, "M8", {name: low for name, (low, _) in known.ends.items()}, driven())
-    names = [*node_names(known), "ATMOSPHERE", "SOURCE"]
-    joined = {(names[link.first], names[link.second]) for link in of_rig.links}
-    expected = {("SOURCE", "SUPPLY")}
-    for side in "AB":
-        hose, silencer = f"HOSE_{side}", f"SILENCER_{side}"
-        expected |= {(hose, f"CHAMBER_{side}"), ("SUPPLY", hose), (hose, silencer), (silencer, "ATMOSPHERE")}
-    assert joined == expected and len(of_rig.links) == len(expected)
-    assert of_rig.surroundings == [(101325.0, 293.15), (6e5, 293.15)]
-
-
-def test_nodes_have_the_names_of_their_places():
-    names = node_names(rig(EVERYTHING, "test"))
-    assert names == ["CHAMBER_A", "CHAMBER_B", "HOSE_A", "HOSE_B", "SILENCER_A", "SILENCER_B", "SUPPLY"]
-    assert node_names(rig(VESSEL, "test")) == ["CHAMBER_A"]
 
 
 def test_a_sonic_conductance_gives_the_flow_of_iso_6358():

@@ -2,7 +2,6 @@
 
 from itertools import pairwise
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +10,6 @@ from independent_rig import BORE, CLOSES, OF_B, OPENS, TRUTH, simulated
 from pneumo.evidence.measured_air import PULSES, as_skin, as_store, records
 from pneumo.fit.rig.rig_file import key, rig
 from pneumo.fit.rig.rig_fit import (
-    STARTS,
-    RigEstimate,
     RigProblem,
     correlation_time,
     fit_rig,
@@ -21,8 +18,8 @@ from pneumo.fit.rig.rig_fit import (
     judged,
     rig_warnings,
 )
-from pneumo.fit.rig.rig_record import Points, Run, commanded, edges, halves, pulses, vessel_run
-from pneumo.fit.rig.rig_replay import lagged, replay_run, run_errors
+from pneumo.fit.rig.rig_record import Points, Run, commanded, edges, pulses, vessel_run
+from pneumo.fit.rig.rig_replay import replay_run, run_errors
 
 ABOUT = {
     "bore_mm": 1e3 * BORE,
@@ -244,24 +241,6 @@ def test_a_thermometers_lag_is_fitted_with_the_temperature():
     assert "T_lag" not in fitted_names(with_lag, "M8")
 
 
-def test_a_lag_is_of_first_order():
-    t = np.arange(1001) * 0.01
-    step = np.where(t == 0, 300.0, 290.0)
-    reading = lagged(step, 2.0, 0.01)
-    # The step itself takes one sample, 0.01 s.
-    np.testing.assert_allclose(reading[1:], 290 + 10 * np.exp(-(t[1:] - 0.005) / 2.0), atol=1e-3)
-    assert lagged(step, 0.0, 0.01) is step
-
-
-@pytest.mark.parametrize(
-    ("model", "has_n", "has_wall"),
-    [("M1", False, False), ("M5", True, False), ("M8", True, True), ("full order", False, True)],
-)
-def test_models_are_fitted_with_what_they_have(model, has_n, has_wall):
-    names = fitted_names(rig(TANK, "test"), model)
-    assert ("n" in names, "k_0" in names) == (has_n, has_wall)
-
-
 def test_edges_of_a_pressure_are_those_of_its_command(measured):
     _, _, u, P = simulated(pulses=2)
     by_edges, by_command = edges(P), commanded(u)
@@ -280,43 +259,11 @@ def test_runs_begin_at_rest_and_hold_one_pulse(measured):
         assert run.P.values.max() > 5e5 and run.off > run.on
 
 
-def test_halves_share_no_point_and_leave_none_out():
-    points = Points(np.arange(7.0), np.arange(7.0))
-    even, odd = halves(points)
-    assert sorted([*even.t, *odd.t]) == list(points.t)
-
-
 def test_white_residuals_have_no_memory_and_a_drift_has():
     noise = np.random.default_rng(1).normal(size=4000)
     assert correlation_time(noise) < 1.5
     # A moving mean of 20 samples repeats itself within 20.
     assert correlation_time(np.convolve(noise, np.ones(20) / 20, "valid")) == pytest.approx(20, rel=0.4)
-
-
-def test_the_first_quarter_of_several_runs_is_fitted_and_at_least_one():
-    assert [len(fitted_runs([tank(T=False)] * count)) for count in (2, 3, 8, 16)] == [1, 1, 2, 4]
-
-
-def test_runs_after_the_fitted_ones_are_held_out():
-    run = tank(T=False)
-    other = run._replace(P=run.P._replace(values=run.P.values + 5e3))
-    alone, result = (judged(rig(TANK, "test"), "full order", runs) for runs in ([run], [run, other, other]))
-    assert result.estimate.values == alone.estimate.values  # the first is fitted, as if alone
-    # It follows its own run to 10 Pa.
-    assert result.held_out == pytest.approx(5e3, abs=10) and np.isnan(result.T)
-
-
-def test_of_a_run_with_many_points_the_last_two_fifths_are_held_out():
-    known = rig(TANK | {"k_0_W_per_K": 3}, "test")
-    t = np.linspace(0.2, 60, 300)
-    nothing = vessel_run(Points(t, np.zeros(300)))
-    exact = {name: low for name, (low, _) in known.ends.items()} | {"C_d": 0.8}
-    P, _ = run_errors(known, "full order", exact, nothing)
-    run = nothing._replace(P=Points(t, P + np.where(t > 0.2 + 0.6 * np.ptp(t), 5e3, 0.0)))
-    result = judged(known, "full order", [run])
-    # What is left of the part fitted is where least squares ends.
-    assert result.estimate.values["C_d"] == pytest.approx(0.8, rel=1e-4)
-    assert result.held_out == pytest.approx(5e3, abs=10)
 
 
 def test_an_interval_is_that_of_least_squares_and_none_is_on_a_bound():
@@ -342,46 +289,6 @@ def test_an_interval_is_that_of_least_squares_and_none_is_on_a_bound():
     bounded = fit_rig(rig(TANK | {"k_0_W_per_K": 3, "C_d": [0.5, 0.7]}, "test"), "full order", [run])
     assert bounded.values["C_d"] == pytest.approx(0.7, rel=1e-3)
     assert np.isnan([bounded.low["C_d"], bounded.high["C_d"]]).all()
-
-
-def test_a_hose_is_named_with_its_size_where_it_explains_most_of_the_error(monkeypatch):
-    values = {"hose_volume": 6e-6, "hose_C": 0.9e-8}
-
-    def fitted(rms):
-        return lambda *_: RigEstimate(values, tuple(values), {}, {}, rms)
-
-    without = rig(ABOUT, "test")
-    monkeypatch.setattr("pneumo.fit.rig.rig_fit.fit_rig", fitted(9.97e3))
-    (warning,) = rig_warnings(without, [], 99.7e3)
-    assert warning.startswith("a hose of 6 mL and 0.9 dm3/(s bar) between valve and chamber")
-    assert "from 99.7 to 9.97 kPa: add hose_volume_mL and hose_C_dm3_per_sbar" in warning
-    assert rig_warnings(without, [], 11e3) == []  # it helps little
-    # Nothing is tried where there is a hose, or no valve.
-    monkeypatch.setattr("pneumo.fit.rig.rig_fit.fit_rig", None)
-    assert rig_warnings(rig(ABOUT | HOSE, "test"), [], 2e3) == rig_warnings(rig(TANK, "test"), [], 2e3) == []
-
-
-def test_a_search_begins_on_a_logarithmic_scale_or_near_another_fit_off_the_ends(monkeypatch):
-    known = rig(TANK | {"C_d": [0.1, 2.5], "T_lag_s": [0, 20]}, "test")
-    problem = RigProblem(known, "full order", [], ("C_d", "k_0", "T_lag"))
-    assert problem.values(problem.start(0.5))["C_d"] == pytest.approx((0.1 * 2.5) ** 0.5, rel=1e-12)
-    assert problem.values(problem.start(0.25))["T_lag"] == pytest.approx(5.0, rel=1e-12)  # from zero on
-    begun = []
-
-    def solved(_, theta):
-        begun.append(theta.tolist())
-        return SimpleNamespace(cost=len(begun))
-
-    monkeypatch.setattr(RigProblem, "_solved", solved)
-    assert problem.solve({"C_d": 2.5, "k_0": 0.0, "T_lag": 6.0}).cost == 1
-    others = [problem.start(position).tolist() for position in STARTS]
-    assert begun == [pytest.approx([0.99, 0.01, 0.3]), *others] and len(STARTS) == 4
-    begun.clear()
-    problem.solve()
-    assert begun == others
-    begun.clear()
-    problem.solve({"C_d": 2.5, "k_0": 0.0, "T_lag": 6.0}, alone=True)
-    assert begun == [pytest.approx([0.99, 0.01, 0.3])]
 
 
 def test_residuals_that_are_zero_or_few_have_no_memory():

@@ -12,13 +12,9 @@ from pneumo.fit.rig.rig_record import (
     BEFORE,
     FALLEN,
     RISEN,
-    Points,
-    commanded,
     edges,
-    halves,
     pulses,
     read_runs,
-    vessel_run,
 )
 
 H = 1e-3
@@ -43,14 +39,6 @@ def test_edges_are_interpolated_between_samples(late):
     assert end == pytest.approx(100 + late + 300 + (1 - FALLEN) * 100, abs=1e-6)
 
 
-def test_noise_before_a_pulse_begins_none():
-    P = pulse(0.1)
-    P[50] += 2 * RISEN * (HIGH - LOW)
-    P[102] = LOW  # and it crosses the level more than once
-    ((begin, end),) = edges(P)
-    assert begin == pytest.approx(103, abs=1) and end == edges(pulse(0.1))[0][1]
-
-
 def test_a_small_pulse_and_one_that_does_not_end_are_no_pulses():
     both = np.concatenate([pulse(0.1), LOW + 0.5 * (pulse(0.1) - LOW)])
     assert len(edges(both)) == 1
@@ -66,17 +54,6 @@ def test_a_pulse_ends_where_it_last_falls_through_its_level_even_at_once():
     ((begin, end),) = edges(block)
     inside = np.flatnonzero(block == HIGH)
     assert begin == pytest.approx(inside[0] - 1 + RISEN) and end == pytest.approx(inside[-1] + 1 - FALLEN)
-
-
-def test_a_pulse_may_end_with_a_sample_at_its_level():
-    P = np.array([0.0] * 4 + [10.0] * 8 + [7.0] + [0.0] * 4)
-    assert P[12] == FALLEN * P.max()
-    assert edges(P) == [(pytest.approx(3 + RISEN), 12.0)]
-
-
-def test_a_command_is_on_above_its_middle():
-    u = np.array([0.0, 0.0, 4.0, 24.0, 24.0, 20.0, 10.0, 0.0, 0.0, 24.0])
-    assert commanded(u) == [(3.0, 6.0)]  # the last one is not off again
 
 
 def test_a_run_has_the_records_period_and_begins_and_ends_at_rest():
@@ -103,33 +80,6 @@ def test_only_whole_pulses_are_runs():
         pulses(T, np.zeros_like(T), np.full_like(T, LOW), 0 * T)
 
 
-@pytest.mark.parametrize(("late", "runs"), [(0, 1), (1, 0)])
-def test_a_run_may_begin_with_the_first_sample_and_end_with_the_last(late, runs):
-    """A run from 10 ms before the command to 30 ms after the pressure's return, of another that is whole."""
-    P, u = np.tile(pulse(0.1), 2), np.tile(command(), 2)
-    (whole, _) = pulses(H * np.arange(len(P)), 0 * P, P, u)
-    begin, end = 90, 90 + len(whole.x) - 1
-    for cut in (slice(begin + late, len(T) + 90), slice(0, end + 1 - late)):
-        t = H * np.arange(len(P[cut]))
-        if runs:
-            (found,) = pulses(t, 0 * t, P[cut], u[cut])
-            np.testing.assert_array_equal(found.P.values, whole.P.values)
-        else:
-            with pytest.raises(InputError, match="no whole pulse"):
-                pulses(t, 0 * t, P[cut], u[cut])
-
-
-def test_a_pulse_that_is_cut_does_not_hide_the_next():
-    P, u = np.tile(pulse(0.1), 2)[95:], np.tile(command(), 2)[95:]
-    (run,) = pulses(H * np.arange(len(P)), 0 * P, P, u)
-    np.testing.assert_array_equal(run.P.values, P[len(T) - 5 :][: len(run.x)])
-
-
-def test_a_position_that_does_not_change_stays_as_it_is():
-    (run,) = pulses(T, np.full_like(T, 0.3), pulse(0.1), command())
-    assert (run.x == 0.0).all() and run.travel == 0.0
-
-
 def test_a_position_is_smoothed_and_counts_from_its_smallest():
     true = 0.03 * (1 - np.cos(8 * T))
     noisy = 0.5 + true + np.random.default_rng(3).normal(0.0, 2e-5, len(T))
@@ -139,22 +89,6 @@ def test_a_position_is_smoothed_and_counts_from_its_smallest():
     assert np.std(error) < 0.5 * 2e-5
     assert run.travel == pytest.approx(0.06, abs=5e-5) and run.x.min() >= 0
     np.testing.assert_array_equal(run.P_B.values, pulse(0.2)[90 : 90 + len(run.x)])
-
-
-def test_a_vessels_run_lasts_as_long_as_its_last_point():
-    P, T_of_gas = (Points(np.array([0.0, 0.1, end]), np.zeros(3)) for end in (3.0, 4.5))
-    assert vessel_run(P).t[-1] == pytest.approx(3.0) and vessel_run(P, T_of_gas).t[-1] == pytest.approx(4.5)
-    assert vessel_run(T_of_gas, P).t[-1] == pytest.approx(4.5)
-
-
-def test_a_short_run_of_a_vessel_is_no_longer_than_its_points():
-    assert vessel_run(Points(np.array([0.0, 0.1, 0.5]), np.zeros(3))).t[-1] == pytest.approx(0.5)
-
-
-def test_halves_are_the_points_with_even_and_with_odd_number():
-    even, odd = halves(Points(np.arange(7.0), 10 * np.arange(7.0)))
-    assert (even.t.tolist(), odd.t.tolist()) == ([0, 2, 4, 6], [1, 3, 5])
-    assert even.values.tolist() == [0, 20, 40, 60]
 
 
 VESSEL = rig({"volume_L": 10, "P_surroundings_bar": 1.1}, "test")
@@ -249,12 +183,3 @@ def test_what_is_missing_at_its_own_time_was_not_measured_there(tmp_path):
     data.to_netcdf(tmp_path / "tank.nc")
     (run,) = read_runs(tmp_path / "tank.nc", VESSEL)
     assert run.P.t.tolist() == [0.0, 1.0, 3.0, 4.0, 5.0] and run.T is None
-
-
-def test_a_part_of_a_run_leaves_its_first_time_out_and_has_its_last():
-    (run,) = pulses(T, np.zeros_like(T), pulse(0.1), command(), P_B=pulse(0.2))
-    times = run.P.t
-    part = run._replace(T=Points(times, 300.0 + times)).within(times[10], times[20])
-    for points in (*part.pressures, part.T):
-        np.testing.assert_array_equal(points.t, times[11:21])
-    assert len(part.pressures) == 2 and run.within(times[10], times[20]).T is None
