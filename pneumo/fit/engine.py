@@ -1,11 +1,10 @@
 """Nonlinear least squares: solution, covariance with correlated residuals, and intervals.
 
-All fits of pneumo use it: of a cylinder's record, of a rig's runs, of closed chambers. Each of them is a
-`LeastSquares`, which knows its parameters and the residual with its derivative. Sensors have white noise; noise
-in the position and whatever a model lacks reach the residual through a replay, which has memory, so that the
-usual covariance of least squares would be far too small. Two are computed, from the white part of the residual
-and from its auto- and cross-correlation, and the larger one is used. A narrow interval comes from the standard
-error, a wide one from the profile of the sum of squares.
+A fit is a `LeastSquares`, which knows its parameters and the residual with its derivative. Sensors have white
+noise; noise in the position and whatever a model lacks reach the residual through a replay, which has memory,
+so that the usual covariance of least squares would be far too small. Two are computed, from the white part of
+the residual and from its auto- and cross-correlation, and the larger one is used. A narrow interval comes from
+the standard error, a wide one from the profile of the sum of squares.
 """
 
 from collections.abc import Callable
@@ -68,7 +67,7 @@ class Solution(NamedTuple):
 
     @property
     def curvature(self) -> np.ndarray:
-        """Half the second derivative of the sum of squares (Gauss and Newton), shape (parameter, parameter)."""
+        """Half the second derivative of the sum of squares (Gauss and Newton), by (parameter, parameter)."""
         J = self.jacobian.reshape(-1, len(self.theta))
         return J.T @ J + np.diag(self.prior)
 
@@ -77,7 +76,7 @@ def solve(
     problem: LeastSquares,
     start: np.ndarray,
     *,
-    tolerance: float = 1e-6,
+    tolerance: float = 1e-7,
     most: int = 60,
     fixed: int | None = None,
 ) -> Solution:
@@ -165,9 +164,9 @@ def covariances(found: Solution, model_error: float = 0.0) -> np.ndarray:
     """Two covariances of the parameters, shape (2, parameter, parameter).
 
     With H the curvature and s^2 the variance of the residual's white part, they are s^2 H^-1 and, from the
-    covariance Gamma of the residual, H^-1 (J' Gamma J + s^2 W) H^-1, where W has the priors' weights. Both include
-    the model's own error, with the sum of squares `model_error`: it is not noise, so an interval keeps every
-    value whose added sum of squares stays below it.
+    covariance Gamma of the residual, H^-1 (J' Gamma J + s^2 W) H^-1, where W has the priors' weights. Both
+    include the model's own error, with the sum of squares `model_error`: it is not noise, so an interval keeps
+    every value whose added sum of squares stays below it.
     """
     inverse, white = inverse_curvature(found), white_variance(found)
     of_noise = white * inverse @ found.curvature @ inverse
@@ -283,9 +282,9 @@ def profile_interval(
 
 
 def profile_end(excess: Callable[[float], float], first: float, limit: float) -> float:
-    """Distance at which `excess` is zero, tried at `first` and farther out; infinite if that is beyond `limit`.
+    """Distance at which `excess`, negative at 0, has grown to zero; infinite if that is beyond `limit`.
 
-    The excess is negative at the distance 0 and grows.
+    It is tried at the distance `first`, and then farther out.
     """
 
     @lru_cache

@@ -73,8 +73,8 @@ def residuals(problem: Problem, theta: np.ndarray) -> list[Residual]:
 def split_residuals(P: np.ndarray, residual: np.ndarray, period: float) -> list[Residual]:
     """Residuals of measured pressures P, split into noise and the rest.
 
-    The mean square of block means is compared with that of white noise. `P` and `residual`, Pa, have the shape
-    (chamber, sample).
+    The mean square of block means is compared with that of white noise. `P` and `residual`, Pa, have the
+    shape (chamber, sample).
     """
     length = max(1, round(BLOCK / period))
     result: list[Residual] = []

@@ -45,7 +45,7 @@ def signals_of(rig, plant):
 
 
 def fitted(signals: StageSignals, plant):
-    found = estimate(FULL, plant, signals, noisy=None)
+    found = estimate(FULL, plant, signals)
     return Problem(FULL, plant, signals.part(0, split_of(signals)), {}), found
 
 

@@ -25,7 +25,7 @@ def test_a_replay_with_a_leak_follows_a_rig_that_has_it(leak, tmp_path):
         problem = Problem(FULL, plant, record, {}, also=(leak,))
         theta = problem.inner(known | {leak: value})
         # The first temperatures are not known: they no longer matter after half a second.
-        return float(np.std((record.P - replayed_pressures(problem, theta[None])[0, 0])[:, 500:]))
+        return float(np.std((record.P - replayed_pressures(problem, theta[None])[0])[:, 500:]))
 
     assert error(part) < 0.2 * error(0.0)
     assert error(part) < error(0.8 * part) and error(part) < error(1.2 * part)

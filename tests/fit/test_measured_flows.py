@@ -3,11 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
-from pneumo.fit.least_squares import fit
 
 from pneumo import simulate
 from pneumo.errors import InputError
-from pneumo.fit.fit_problem import Problem, replayed_pressures
+from pneumo.fit.fit_problem import Problem, fit, replayed_pressures
 from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.mistaken_columns import check_columns
 from pneumo.fit.record.columns import ANR
@@ -72,7 +71,7 @@ def test_a_models_own_pressures_give_its_parameters_back(plant, measured, model)
     theta = problem.guess()
     theta[problem.names.index("n")] += 0.05
     theta[problem.names.index("V_d_A")] += 0.1
-    P = replayed_pressures(problem, theta[None])[0, 0]
+    P = replayed_pressures(problem, theta[None])[0]
     found = fit(problem._replace(signals=s._replace(P=P)), tolerance=1e-12)
     np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
 

@@ -1,4 +1,4 @@
-"""Signals between sensors and replay: limiter, stages, added noise."""
+"""Signals between sensors and replay: limiter, stages, smoothing."""
 
 import numpy as np
 import pytest
@@ -6,12 +6,9 @@ import pytest
 from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.fit.stage_signals import (
     SMOOTHING,
-    StageSignals,
     longest_step,
     smoothing,
     stage_signals,
-    stage_times,
-    with_added_noise,
 )
 
 PERIOD = 2e-3
@@ -97,12 +94,3 @@ def test_a_step_is_between_20_us_and_1_ms_and_no_command_is_beyond_its_limit(pla
     assert longest_step(wide, u, x - 1.0) == 2e-5  # beyond the end of the cylinder
     between = plant._replace(valve=plant.valve._replace(k_xu=2e-6))
     assert 2e-5 < longest_step(between, u, x) == longest_step(between, 10 * u, x) < 1e-3
-
-
-def test_a_motion_without_noise_is_smoothed_to_itself_up_to_the_last_step():
-    count, h = 30, 1e-3
-    at = stage_times(2 * (count - 1), h)
-    motion = np.stack([0.3 * at, np.full(at.shape, 0.3)], axis=-1)
-    signals = StageSignals(2 * h, h, 0 * at, motion, np.zeros((2, count)), 1e-12, 0.0)
-    for made in with_added_noise(signals, 1):
-        np.testing.assert_allclose(made, motion, rtol=0, atol=1e-9)

@@ -7,14 +7,13 @@ from closed_truth import Truth, measured, pressures
 
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import InputError
-from pneumo.fit.closed.closed_fit import HELD, closed_records, fit_closed
+from pneumo.fit.closed.closed_fit import HELD, fit_closed
 from pneumo.fit.closed.closed_warnings import closed_warnings
 from pneumo.fit.closed.thermal_time_constant import transient
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.fitted_yaml import fitted_configuration
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual
-from pneumo.fit.stage_signals import FEW_PAIRS
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
@@ -119,21 +118,6 @@ def test_a_mean_conductance_is_that_of_the_law_over_the_part_fitted(closed_fit, 
         k, k_0 = (estimates.sel(parameter=f"{name}_{'AB'[side]}").item() for name in ("k", "k_0"))
         # The fit's volumes and first temperature are known to 0.1 %, noise of one first pressure is 0.07 %.
         assert k / k_0 == pytest.approx(mean, rel=2e-3)
-
-
-def test_a_position_is_smoothed_and_disturbed_by_noise_and_its_negative(record, plant):
-    smooth, noisy = closed_records(record, plant)
-    true = moving(TIME) + plant.cylinder.stroke / 2
-    assert np.std(smooth.x - true) < 0.9 * 1e-5  # less than the 10 um of noise that were measured
-    assert len(noisy) == 2 * FEW_PAIRS
-    for plus, minus in zip(noisy[:FEW_PAIRS], noisy[FEW_PAIRS:], strict=True):
-        # Smoothing is linear: the noises of a pair cancel, to rounding of a banded system of 1,600 rows.
-        np.testing.assert_allclose(plus.x + minus.x, noisy[0].x + noisy[FEW_PAIRS].x, rtol=1e-9)
-        assert 0.1 * 1e-5 < np.std(plus.x - minus.x) / 2 < 1e-5
-        assert abs(np.mean(plus.x - minus.x)) < 1e-5  # noise shifts nothing
-    assert closed_records(record._replace(x=0 * TIME), plant)[1] == []  # a piston that is held
-    still = record._replace(x=record.x / 100)  # noise alone hardly moves it
-    assert closed_records(still, plant)[1] == []
 
 
 def test_a_driven_record_is_refused(record, plant):
