@@ -3,8 +3,8 @@
 A fit is a `LeastSquares`, which knows its parameters and the residual with its derivative. Sensors have white
 noise; noise in the position and whatever a model lacks reach the residual through a replay, which has memory,
 so that the usual covariance of least squares would be far too small. Two are computed, from the white part of
-the residual and from its auto- and cross-correlation, and the larger one is used. A narrow interval comes from
-the standard error, a wide one from the profile of the sum of squares.
+the residual and from its auto- and cross-correlation, and the larger one is used. A narrow interval comes
+from the standard error, a wide one from the profile of the sum of squares.
 """
 
 from collections.abc import Callable
@@ -97,7 +97,7 @@ def solve(
         scale = np.sqrt(np.diag(H)[free])
         size, axes = np.linalg.eigh(H[np.ix_(free, free)] / np.outer(scale, scale))
         move = axes @ ((axes.T @ (slope[free] / scale)) / (np.maximum(size, 0.0) + damping)) / scale
-        if float(slope[free] @ move) < tolerance * best.squares:
+        if float(slope[free] @ move) <= tolerance * best.squares:
             break
         theta = best.theta.copy()
         theta[free] += move
@@ -165,8 +165,8 @@ def covariances(found: Solution, model_error: float = 0.0) -> np.ndarray:
 
     With H the curvature and s^2 the variance of the residual's white part, they are s^2 H^-1 and, from the
     covariance Gamma of the residual, H^-1 (J' Gamma J + s^2 W) H^-1, where W has the priors' weights. Both
-    include the model's own error, with the sum of squares `model_error`: it is not noise, so an interval keeps
-    every value whose added sum of squares stays below it.
+    include the model's own error, with the sum of squares `model_error`: it is not noise, so an interval
+    keeps every value whose added sum of squares stays below it.
     """
     inverse, white = inverse_curvature(found), white_variance(found)
     of_noise = white * inverse @ found.curvature @ inverse
@@ -238,7 +238,8 @@ def parameter_interval(
     halves = expected_shifts(limited)
     start, end = best.theta[index] - halves[index], best.theta[index] + halves[index]
     wide = logarithmic and (halves[index] > WIDE or start <= low or end >= high)
-    related = np.abs(limited[index]) / np.sqrt(limited[index, index] * np.diag(limited))
+    spread = np.sqrt(np.maximum(np.diag(limited), np.finfo(float).tiny))
+    related = np.abs(limited[index]) / spread[index] / spread
     if wide or np.any((halves > LOOSE) & (related > CORRELATED)):
         ends = profile_interval(problem, best, index, float(both[:, index, index].max()))
         start, end = ends if wide else (min(start, ends[0]), max(end, ends[1]))

@@ -204,9 +204,8 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
     """Pressures of a model with several sets of parameters, Pa, shape (set, chamber, samples).
 
     They are NaN after a pressure was not positive. `thetas`, shape (set, parameter), is on the scale of the
-    search. One replay takes all sets that differ only in n,
-    k_xu, k_0, dead volumes, T_in, exhaust, first pressures or first temperatures;
-    sets that differ in `SHARED` parameters need another replay.
+    search. One replay takes all sets that differ only in n, k_xu, k_0, dead volumes, T_in, exhaust, first
+    pressures or first temperatures; sets that differ in `SHARED` parameters need another replay.
     """
     signals, values = problem.signals, [problem.values(theta) for theta in thetas]
     parts: list[np.ndarray] = []

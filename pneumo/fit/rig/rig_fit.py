@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import OptimizeResult, least_squares
 
+from pneumo.fit.engine import Solution, covariances, parameter_interval, solve
 from pneumo.fit.rig.rig_file import Rig, factor, key
 from pneumo.fit.rig.rig_record import Run, halves
 from pneumo.fit.rig.rig_replay import ADIABATIC, RIG_MODELS, WALL, rms, run_errors
@@ -14,17 +14,13 @@ from pneumo.physics.models import MODELS
 
 P_SCALE, T_SCALE = 1e3, 1.0  # Pa and K, by which residuals are divided
 FAR = 1e3  # residual where there is no replay
-MOST_EVALUATIONS = 100
-TOLERANCE = 1e-8  # relative change of the sum of squares, or of the parameters, that ends a fit
 PART_OF_RUNS = 0.25  # that are fitted
 PART_OF_POINTS = 0.6  # of a run with many, in time
 FEW_POINTS = 200
 STARTS = (0.5, 0.3, 0.15, 0.95)  # between the two ends, on a logarithmic scale where both are positive
-TINY = 1e-100  # a derivative that is zero
-FLAT = 1e-7  # size of a direction over the largest, below which the record does not determine it
 OFF_END = 0.01  # distance from the ends, of the same kind, at which a search begins
 ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
-HALF_WIDTH = 1.96  # standard deviations of a 95 per cent interval
+SLOPE_STEP = 1e-6  # of finite differences
 POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
 LEAST_HOSE = 1e-3  # of a vessel's volume: the gas of a smaller hose is nothing beside the vessel's
 HOSE_HELPS = 0.7  # error with a hose over that without, below which one is there
@@ -35,8 +31,7 @@ class RigEstimate(NamedTuple):
 
     values: dict[str, float]  # of all quantities of the rig, SI units
     fitted: tuple[str, ...]  # names of those that were fitted
-    # Ends of 95 per cent intervals of those: infinite where the half-width is more than the distance between
-    # the ends of the search, so that the runs do not determine it; else NaN where the value is on an end.
+    # Ends of 95 per cent intervals of those: infinite where open, NaN where the value is on an end.
     low: dict[str, float]
     high: dict[str, float]
     rms: float  # Pa, over all points of the pressure that were fitted
@@ -71,14 +66,31 @@ class RigProblem(NamedTuple):
         }
         return {name: low for name, (low, _) in ends.items()} | fitted
 
+    def bounds(self) -> np.ndarray:
+        """Bounds of the search, shape (2, parameter)."""
+        return np.array([np.zeros(len(self.names)), np.ones(len(self.names))])
+
     def residual(self, theta: np.ndarray) -> np.ndarray:
-        """Errors of all points, divided by `P_SCALE` or `T_SCALE`; `FAR` where there is no replay."""
+        """Measured minus replayed, over `P_SCALE` or `T_SCALE`, shape (1, point); `FAR` without replay."""
         parts, values = list[np.ndarray](), self.values(theta)
         for run in self.runs:
             P, T = run_errors(self.rig, self.model, values, run)
             parts += [P / P_SCALE, T / T_SCALE] if self.temperature else [P / P_SCALE]
         all_errors = np.concatenate(parts)
-        return np.where(np.isfinite(all_errors), all_errors, FAR)
+        return np.where(np.isfinite(all_errors), -all_errors, FAR)[None]
+
+    def jacobian(self, theta: np.ndarray) -> np.ndarray:
+        """Derivative of the replayed values, shape (1, point, parameter), by one-sided differences."""
+        here, steps = self.residual(theta), np.where(theta > 0.5, -SLOPE_STEP, SLOPE_STEP)
+        columns = [
+            (here - self.residual(row)) / step
+            for row, step in zip(theta + np.diag(steps), steps, strict=True)
+        ]
+        return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
+
+    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nothing is known beforehand but the ends."""
+        return theta, np.zeros(len(theta))
 
     def start(self, position: float) -> np.ndarray:
         """Parameters at a relative position, 0 to 1, between their ends.
@@ -92,7 +104,7 @@ class RigProblem(NamedTuple):
             theta.append((at - low) / (high - low))
         return np.array(theta)
 
-    def solve(self, near: Mapping[str, float] | None = None, alone: bool = False) -> OptimizeResult:
+    def solve(self, near: Mapping[str, float] | None = None, alone: bool = False) -> Solution:
         """Lowest sum of squares that a search finds from several starts.
 
         `near`, values of another fit, are one more start, or with `alone` the only one.
@@ -102,18 +114,7 @@ class RigProblem(NamedTuple):
             ends = self.rig.ends
             parts = [(near[name] - ends[name][0]) / (ends[name][1] - ends[name][0]) for name in self.names]
             starts.insert(0, np.clip(parts, OFF_END, 1 - OFF_END))
-        return min((self._solved(start) for start in starts), key=lambda optimum: optimum.cost)
-
-    def _solved(self, theta: np.ndarray) -> OptimizeResult:
-        return least_squares(
-            self.residual,
-            theta,
-            bounds=(0.0, 1.0),
-            x_scale="jac",
-            ftol=TOLERANCE,
-            xtol=TOLERANCE,
-            max_nfev=MOST_EVALUATIONS,
-        )
+        return min((solve(self, start) for start in starts), key=lambda found: found.squares)
 
 
 def fit_rig(
@@ -126,46 +127,21 @@ def fit_rig(
 ) -> RigEstimate:
     """Estimate of a model from some runs; `near` and `alone` as in `RigProblem.solve`.
 
-    Intervals are those of least squares with correlated residuals: the number of points is divided by the
-    residual's correlation time. They do not include an error of the model itself.
+    Intervals do not include an error of the model itself.
     """
     problem = RigProblem(rig, model, runs, tuple(fitted_names(rig, model)), temperature)
-    if not problem.names:
-        theta, residual, J = np.empty(0), problem.residual(np.empty(0)), np.empty((0, 0))
-    else:
-        optimum = problem.solve(near, alone)
-        theta, residual, J = optimum.x, optimum.fun, optimum.jac
-    values, low, high = problem.values(theta), dict[str, float](), dict[str, float]()
-    inside = (theta > ON_END) & (theta < 1 - ON_END)
-    freedom = max(1, len(residual) / correlation_time(residual) - inside.sum())
-    sizes = np.maximum(np.linalg.norm(J, axis=0), TINY)
-    one_deviation = np.sqrt(residual @ residual / freedom)
-    # Of a parameter on its bound, if it were the only one: only whether the record determines it.
-    deviations = np.where(HALF_WIDTH * one_deviation > sizes, np.inf, np.nan)
-    if inside.any():
-        scale = sizes[inside]
-        _, along, axes = np.linalg.svd(J[:, inside] / scale, full_matrices=False)
-        parts = ((axes.T / np.maximum(along, FLAT * along[0])) ** 2).sum(axis=1)
-        deviations[inside] = np.sqrt(parts) / scale * one_deviation
-    for name, deviation in zip(problem.names, deviations, strict=True):
-        between = rig.ends[name][1] - rig.ends[name][0]
-        half = HALF_WIDTH * deviation * between
-        half = np.inf if half > between else half
-        low[name], high[name] = values[name] - half, values[name] + half
+    best = problem.solve(near, alone)
+    values, both = problem.values(best.theta), covariances(best)
+    low, high = dict[str, float](), dict[str, float]()
+    for i, name in enumerate(problem.names):
+        lowest, highest = rig.ends[name]
+        start, end = parameter_interval(problem, best, i, both, logarithmic=False)
+        on_end = not ON_END < best.theta[i] < 1 - ON_END
+        if on_end and np.isfinite([start, end]).any():
+            start = end = np.nan
+        low[name], high[name] = (lowest + part * (highest - lowest) for part in (start, end))
     P = np.concatenate([run_errors(rig, model, values, run)[0] for run in runs])
     return RigEstimate(values, problem.names, low, high, rms(P))
-
-
-def correlation_time(residual: np.ndarray) -> float:
-    """Correlation time of residuals, in samples: 1 for white noise."""
-    centred = residual - residual.mean()
-    spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
-    correlation = np.fft.irfft(spectrum)[: len(centred) // 2]
-    if correlation.size == 0 or correlation[0] <= 0:
-        return 1.0
-    correlation = correlation / correlation[0]
-    negative = np.flatnonzero(correlation < 0)
-    return float(max(1.0, 2 * correlation[: negative[0] if len(negative) else None].sum() - 1))
 
 
 def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
@@ -247,8 +223,8 @@ def judged_models(
     """Several models fitted to a rig's runs.
 
     Errors `fitted` and `held_out`, Pa, and `T_error`, K, by model; `estimate`, `low` and `high` by (model,
-    parameter) in the unit that the parameter's name ends with, NaN where a model does not fit it, or where
-    an end is open because the value is on a bound.
+    parameter) in the unit that the parameter's name ends with, NaN where a model does not fit it or the
+    value is on a bound, infinite where an end is open.
     """
     results = dict[str, Judged]()
     for model in models:

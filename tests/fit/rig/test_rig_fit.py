@@ -11,7 +11,6 @@ from pneumo.evidence.measured_air import PULSES, as_skin, as_store, records
 from pneumo.fit.rig.rig_file import key, rig
 from pneumo.fit.rig.rig_fit import (
     RigProblem,
-    correlation_time,
     fit_rig,
     fitted_names,
     fitted_runs,
@@ -257,39 +256,3 @@ def test_runs_begin_at_rest_and_hold_one_pulse(measured):
         calm = run.P.values[: round(run.on / run.h) - 1]
         assert np.ptp(calm) < 8 * 0.3e3 and run.x.min() >= 0
         assert run.P.values.max() > 5e5 and run.off > run.on
-
-
-def test_white_residuals_have_no_memory_and_a_drift_has():
-    noise = np.random.default_rng(1).normal(size=4000)
-    assert correlation_time(noise) < 1.5
-    # A moving mean of 20 samples repeats itself within 20.
-    assert correlation_time(np.convolve(noise, np.ones(20) / 20, "valid")) == pytest.approx(20, rel=0.4)
-
-
-def test_an_interval_is_that_of_least_squares_and_none_is_on_a_bound():
-    known = rig(TANK | {"k_0_W_per_K": 3}, "test")
-    t = np.linspace(0.2, 60, 400)
-    nothing = vessel_run(Points(t, np.zeros(400)))
-    exact = {name: low for name, (low, _) in known.ends.items()} | {"C_d": 0.8}
-
-    def replayed(C_d):
-        return run_errors(known, "full order", exact | {"C_d": C_d}, nothing)[0]
-
-    noise = np.random.default_rng(2).normal(0.0, 1e3, 400)
-    run = nothing._replace(P=Points(t, replayed(0.8) + noise))
-    estimate = fit_rig(known, "full order", [run])
-    found = estimate.values["C_d"]
-    residual = run.P.values - replayed(found)
-    by_C_d = (replayed(found + 1e-3) - replayed(found - 1e-3)) / 2e-3
-    freedom = len(t) / correlation_time(residual) - 1
-    half = 1.96 * np.sqrt(residual @ residual / freedom / (by_C_d @ by_C_d))
-    # The search has one-sided differences.
-    ends = estimate.low["C_d"], estimate.high["C_d"]
-    assert (found - ends[0], ends[1] - found) == pytest.approx((half, half), rel=1e-3)
-    bounded = fit_rig(rig(TANK | {"k_0_W_per_K": 3, "C_d": [0.5, 0.7]}, "test"), "full order", [run])
-    assert bounded.values["C_d"] == pytest.approx(0.7, rel=1e-3)
-    assert np.isnan([bounded.low["C_d"], bounded.high["C_d"]]).all()
-
-
-def test_residuals_that_are_zero_or_few_have_no_memory():
-    assert correlation_time(np.zeros(20)) == correlation_time(np.ones(1)) == 1.0
