@@ -3,6 +3,7 @@
 Functions take floats; `mass_flow` and `choked_flow` also take quantities with units.
 """
 
+from collections.abc import Iterator
 from decimal import Decimal
 from typing import NamedTuple, TypeVar
 
@@ -24,6 +25,36 @@ class Gas(NamedTuple):
     elliptic: bool = False
 
 
+class Paths(NamedTuple):
+    """Areas of a valve's paths as a table over the command, and their critical ratios.
+
+    A chamber's own command is positive where it connects the chamber to the supply: u for chamber A and -u
+    for chamber B where they share a valve. Between knots an area is linear; beyond the ends it stays.
+    """
+
+    knots: int = 0  #: their number; 0: the areas are proportional to the command
+    u: tuple[float, ...] = ()  #: own commands of the knots, V, increasing
+    supply: tuple[tuple[float, ...], ...] = ()  #: area from the supply by (chamber, knot), m^2
+    exhaust: tuple[tuple[float, ...], ...] = ()  #: area to the atmosphere, likewise
+    b: tuple[tuple[float, ...], ...] = ()  #: critical ratio by (chamber, path), path from the supply first
+
+    def areas(self, u: float, side: int) -> tuple[float, float]:
+        """Areas from the supply and to the atmosphere, m^2, at a chamber's own command, V."""
+        supply, exhaust = (float(np.interp(u, self.u, of[side])) for of in (self.supply, self.exhaust))
+        return supply, exhaust
+
+    def one_at_a_time(self, gas: Gas) -> bool:
+        """Whether a chamber has never both paths open, and every path has the critical ratio of the gas."""
+        pairs = zip(self.supply, self.exhaust, strict=True)
+        both = any(supply[i] and exhaust[j] for supply, exhaust in pairs for i, j in _neighbours(self.knots))
+        return not both and all(b == gas.critical_ratio for of in self.b for b in of)
+
+
+def _neighbours(count: int) -> Iterator[tuple[int, int]]:
+    """Pairs of knots between which both paths are open if one is open at the first, one at the second."""
+    return ((i, j) for i in range(count) for j in (i - 1, i, i + 1) if 0 <= j < count)
+
+
 class Valve(NamedTuple):
     """Servo-valve, section 2.1; matched and symmetric restrictions by default."""
 
@@ -35,6 +66,7 @@ class Valve(NamedTuple):
     leak: float = 0.0  #: area that stays open between a chamber and either of supply and atmosphere, m^2
     #: Whether leak in and leak out cancel before they cross the port, so that only the rest carries heat.
     net_leak: bool = False
+    paths: Paths = Paths()  #: areas that are not proportional to the command, or differ between paths
 
 
 class Conditions(NamedTuple):
@@ -126,8 +158,22 @@ def port_flows(
     return 0.0, mass_flow(A_t, P, P_port, T, gas)
 
 
+def _path_flows(
+    u: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions, side: int
+) -> tuple[float, float]:
+    """Mass flows into and out of a chamber, kg/s, through paths with areas and ratios of their own."""
+    m_in, m_out = 0.0, 0.0
+    ports = conditions.P_s, conditions.P_atm
+    for P_port, area, b in zip(ports, valve.paths.areas(u, side), valve.paths.b[side], strict=True):
+        if area + valve.leak > 0:
+            its_gas = gas._replace(critical_ratio=b)
+            flows = port_flows(area + valve.leak, P_port, P, T, valve, its_gas, conditions)
+            m_in, m_out = m_in + flows[0], m_out + flows[1]
+    return m_in, m_out
+
+
 def chamber_flows(
-    u: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions
+    u: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions, side: int = 0
 ) -> tuple[float, float]:
     """Mass flows into and out of one chamber, kg/s, through the restriction that eq (2) opens.
 
@@ -139,6 +185,8 @@ def chamber_flows(
     chamber A, its negative for chamber B. Both flows are non-negative; at most one of them is positive,
     except where the valve leaks without `Valve.net_leak`.
     """
+    if valve.paths.knots:
+        return _path_flows(u, P, T, valve, gas, conditions, side)
     A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
     if u >= 0:
         P_port, P_other = conditions.P_s, conditions.P_atm

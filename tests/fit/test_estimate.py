@@ -30,7 +30,7 @@ from pneumo.fit.parameter_intervals import HALF_WIDTH, covariances, parameter_in
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.stage_signals import FEW_PAIRS, smoothing, stage_signals, with_added_noise
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.selection.runs import OPEN_LOOP
+from pneumo.runs import OPEN_LOOP
 from pneumo.simulation.fitted_pressures import pressures_of_sets
 from pneumo.simulation.full_order import run
 
