@@ -53,7 +53,7 @@ def simulate(
         Path | None, output_to("file for the run, .nc or .csv; its figure is written beside it")
     ] = None,
 ) -> None:
-    """Simulate a cylinder from any start: stroke time, speeds, pressures, temperatures, air.
+    """Simulate strokes: times, speeds, pressures, air.
 
     The piston has no cushions: it meets the ends at full speed.
     """
@@ -62,6 +62,7 @@ def simulate(
     from pneumo import runs
     from pneumo.cli.options import read_configuration
     from pneumo.configuration.configured_dynamics import configured_dynamics
+    from pneumo.configuration.known_within import conversion_notes
     from pneumo.configuration.parameters import study
     from pneumo.errors import InputError
     from pneumo.physics.valve_dynamics import PROPORTIONAL
@@ -80,6 +81,8 @@ def simulate(
     name = cylinder or next(iter(configured.experiments.values())).cylinder
     if configured_dynamics(configuration, name) != PROPORTIONAL:
         typer.echo("note: valve_dynamics is for exports; in runs the valve follows at once", err=True)
+    for note in conversion_notes(configuration):
+        typer.echo(f"note: {note}", err=True)
     option, text = (
         ("--reference", reference) if reference else ("--command", command or f"{plant.valve.u_max:g}")
     )

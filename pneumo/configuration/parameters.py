@@ -29,7 +29,7 @@ from pneumo.configuration.signal_file import read_column
 from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.valve import Conditions, Gas, Valve, critical_ratio, sonic_coefficient
+from pneumo.physics.valve import Conditions, Gas, Valve, critical_ratio, exact_gas, sonic_coefficient
 
 
 def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, Any]:
@@ -174,6 +174,7 @@ def accuracy(configuration: Configuration | None = None, position_shown: bool = 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 ISO_6358_T, ISO_6358_RHO = 293.15, 1.185  # K, kg/m^3: the reference atmosphere of a sonic conductance
 SBAR = 1e-8  # 1 dm^3/(s bar) in m^3/(s Pa)
+AIR = exact_gas(287.0, 1.4)  # with which valves are measured
 DEAD_FRACTION = 0.1  # of the volume of half the stroke, as in Table 2
 
 
@@ -181,21 +182,23 @@ def _gas(section: GasSection, cylinder: CylinderSection) -> Gas:
     R, gamma = section.R_J_per_kgK, section.gamma
     sonic = sonic_coefficient(R, gamma) if section.sonic_coefficient == "exact" else section.sonic_coefficient
     if cylinder.valve:
-        return Gas(R, gamma, sonic, cylinder.valve.b, elliptic=True)
+        return Gas(R, gamma, sonic, cylinder.valve.critical_ratio, elliptic=True)
     critical = critical_ratio(gamma) if section.critical_ratio == "exact" else section.critical_ratio
     return Gas(R, gamma, sonic, critical)
 
 
 def _area_per_conductance(gas: Gas) -> float:
-    """Area, m^2, that has the same choked flow by eq (1) as a sonic conductance C of 1 dm^3/(s bar).
+    """Area, m^2, that has the choked flow of air by eq (1) of a sonic conductance C of 1 dm^3/(s bar).
 
-    By ISO 6358 the choked flow of a conductance C is C rho_ref P_u sqrt(T_ref/T_u).
+    By ISO 6358 the choked flow of a conductance C is C rho_ref P_u sqrt(T_ref/T_u), with air. The area stays
+    with another gas. A sonic coefficient that was given in place of the exact one scales that of air too.
     """
-    return SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / gas.sonic_coefficient
+    of_air = gas.sonic_coefficient * (AIR.sonic_coefficient / sonic_coefficient(gas.R, gas.gamma))
+    return SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / of_air
 
 
 def sonic_conductance(valve: Valve, gas: Gas) -> float:
-    """Sonic conductance C of a fully open valve, dm^3/(s bar)."""
+    """Sonic conductance C of a fully open valve, dm^3/(s bar), as measured with air."""
     return valve.k_xu * valve.u_max / _area_per_conductance(gas)
 
 

@@ -5,7 +5,8 @@ from decimal import Decimal
 import pytest
 
 from pneumo.errors import ConfigurationError
-from pneumo.fit.rig.rig_file import GASES, OF_B, QUANTITIES, TOGETHER, _ends, key, read_rig, rig
+from pneumo.fit.rig.rig_file import OF_B, QUANTITIES, TOGETHER, _ends, key, read_rig, rig
+from pneumo.physics.gases import GASES
 
 TANK = {"volume_L": 16, "orifice_mm": 2.7}
 VALVE = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
