@@ -31,6 +31,7 @@ from pneumo.physics.gases import GASES
 MOST_PERCENT = 50.0  # of an accuracy
 MOST_K_0_FACTOR = 100.0  # within which k_0 may be known
 Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
+MOST_KNOTS = 30  # of a curve; both chambers' fit into the core's table
 LONGEST = 20_000_000  # steps of a run: 1 GB of states
 
 
@@ -136,6 +137,51 @@ class SettlingSection(Section):
     )
 
 
+Knots = Annotated[
+    list[Annotated[Number, Field(ge=-1000, le=1000)]], Field(min_length=2, max_length=MOST_KNOTS)
+]
+Conductances = Annotated[list[Conductance], Field(min_length=2, max_length=MOST_KNOTS)]
+
+
+class CurveSection(Section):
+    """Sonic conductance as a table over the command, linear between its rows.
+
+    With exhaust_C_dm3_per_sbar, C_dm3_per_sbar is the path from the supply and that the path to the
+    atmosphere, both over the chamber's own command, which is positive where it connects the chamber to the
+    supply: u_V of chamber A, and of chamber B with a valve of its own. Without it the table has what flows
+    at a command through either path: a table from 0 on holds for both signs; one that begins below 0 must be
+    0 where the valve changes its direction.
+    """
+
+    u_V: Knots = key_of("commands, increasing")
+    C_dm3_per_sbar: Conductances = key_of("sonic conductance at each")
+    exhaust_C_dm3_per_sbar: Conductances | None = key_of(
+        "sonic conductance of the path to the atmosphere at each", None
+    )
+
+    @model_validator(mode="after")
+    def _one_table(self) -> Self:
+        for before, after in itertools.pairwise(self.u_V):
+            if before >= after:
+                raise conflict(self.u_V, f"must increase, and {after:g} follows {before:g}", ("u_V",))
+        for key in ("C_dm3_per_sbar", "exhaust_C_dm3_per_sbar"):
+            values = getattr(self, key)
+            if values is not None and len(values) != len(self.u_V):
+                condition = f"must have {len(self.u_V)} numbers, as u_V has, not {len(values)}"
+                raise conflict(values, condition, (key,), ("u_V",))
+            if values is not None and not max(values) > 0:
+                raise conflict(values, "must be positive somewhere", (key,))
+        if self.exhaust_C_dm3_per_sbar is not None:
+            return self
+        if self.u_V[0] >= 0 and self.C_dm3_per_sbar[0] != 0:
+            condition = f"must begin with 0, or with commands below 0: at u_V = {self.u_V[0]:g} it would jump"
+            raise conflict(self.C_dm3_per_sbar, condition, ("C_dm3_per_sbar",), ("u_V",))
+        if self.u_V[0] < 0 and 0 not in self.C_dm3_per_sbar:
+            condition = "must be 0 at one command at least, where the valve changes its direction"
+            raise conflict(self.C_dm3_per_sbar, condition, ("C_dm3_per_sbar",))
+        return self
+
+
 def _figure(meaning: str, largest: float) -> Any:
     """Key for a figure of `CONVERSIONS` other than C, which is left out of the hash if it is not given."""
     return key_of(meaning, None, exclude_if=lambda value: value is None, gt=0, le=largest)
@@ -165,6 +211,14 @@ class ValveSection(Section):
         "critical pressure ratio; 0.3 if left out, with a flow that is uncertain by 10 %", None, gt=0, lt=1
     )
     exhaust_ratio: Number = key_of("C from chamber to exhaust over that from supply to it", 1.0, gt=0, le=10)
+    exhaust_b: Fraction | None = key_of(
+        "critical ratio of the path to the exhaust, if it differs",
+        None,
+        exclude_if=lambda value: value is None,
+    )
+    curve: CurveSection | None = key_of(
+        "instead of C: a table over the command", None, exclude_if=lambda value: value is None
+    )
     leak_dm3_per_sbar: Number = key_of("sonic conductance of each closed path", 0.0, ge=0, le=100)
     _given: tuple[str, float] | None = PrivateAttr(None)
 
@@ -174,6 +228,14 @@ class ValveSection(Section):
         section = handler(value)
         C, *others = CONVERSIONS
         given = [key for key in CONVERSIONS if getattr(section, key) is not None]
+        if section.curve and not given:
+            if section.curve.exhaust_C_dm3_per_sbar and section.exhaust_ratio != 1:
+                condition = "conflicts with curve.exhaust_C_dm3_per_sbar; give only one"
+                raise conflict(section.exhaust_ratio, condition, ("exhaust_ratio",), ("curve",))
+            return section
+        if section.curve:
+            value = getattr(section, given[0])
+            raise conflict(value, "conflicts with curve; give only one", (given[0],), ("curve",))
         if not given:
             raise conflict(None, f"or give {', '.join(others)}", (C,))
         if len(given) > 1:
@@ -197,8 +259,15 @@ class ValveSection(Section):
         """Key and value by which the configuration gives the flow."""
         if self._given is not None:
             return self._given
+        return "C_dm3_per_sbar", self.largest_C
+
+    @property
+    def largest_C(self) -> float:
+        """C of the path from the supply where it is fully open, dm^3/(s bar)."""
+        if self.curve:
+            return max(self.curve.C_dm3_per_sbar)
         assert self.C_dm3_per_sbar is not None
-        return "C_dm3_per_sbar", self.C_dm3_per_sbar
+        return self.C_dm3_per_sbar
 
 
 class ValveDynamicsSection(Section):
@@ -239,6 +308,11 @@ class CylinderSection(Section):
         "valve area per volt, with the flow of eq (1); or give the section valve", None, gt=0, le=1e-2
     )
     valve: ValveSection | None = key_of("a valve by its catalogue", None)
+    valve_B: ValveSection | None = key_of(
+        "valve of chamber B, or the paths of B, where they differ; its command is positive from the supply",
+        None,
+        exclude_if=lambda value: value is None,
+    )
     u_max_V: Number = key_of("limit of the command", gt=0, le=1000)
     valve_dynamics: ValveDynamicsSection | None = key_of(
         "how the valve follows its command", None, exclude_if=lambda value: value is None
@@ -269,6 +343,15 @@ class CylinderSection(Section):
     @model_validator(mode="after")
     def _one_valve_and_parts_that_fit(self) -> Self:
         self.exactly_one("k_x_k_u_m2_per_V", "valve", "the section valve")
+        if self.valve_B and not self.valve:
+            raise conflict(None, "needed beside valve_B", ("valve",))
+        if self.valve_B and self.valve_B.leak_dm3_per_sbar != (
+            self.valve.leak_dm3_per_sbar if self.valve else 0
+        ):
+            condition = "must be that of the section valve"
+            raise conflict(
+                self.valve_B.leak_dm3_per_sbar, condition, ("valve_B", "leak_dm3_per_sbar"), ("valve",)
+            )
         if self.rod_mm >= self.bore_mm and self.bore_mm < 1:
             condition = f"must exceed rod_mm = {self.rod_mm:g}"
             raise conflict(self.bore_mm, condition, ("bore_mm",), ("rod_mm",))

@@ -2,7 +2,8 @@
    this file, so what it does not understand is in maths.h and rates.h. All quantities are in SI units. */
 
 typedef struct { double R, gamma, sonic_coefficient, critical_ratio; bool elliptic; } Gas;
-/* Areas of the four paths at the knots of a chamber's own command; none: proportional to it. */
+/* Openings of the four paths, V: the area over k_xu, at the knots of a chamber's own command; without knots, that
+   command. A b of 0 is that of the gas. */
 enum { KNOTS = 64 };
 typedef struct { int64_t knots; double u[KNOTS], supply[2][KNOTS], exhaust[2][KNOTS], b[2][2]; } Paths;
 typedef struct { double k_xu, u_max, laminar, exhaust, leak; bool net_leak; Paths paths; } Valve;

@@ -95,7 +95,7 @@ INLINE void stage_rates(Lanes *W, Sets *X, int side, int stage, double u, double
         for (int64_t i = 0; i < n; i++)
             W->root_T[i] = sqrt(X->T[side][i] + (a_0 * X->rate_T[side][0][i] + a_1 * X->rate_T[side][1][i]));
     write_rates(W, rate, sh, k, terms);
-    if (u < 0)
+    if (!sh.supplied)
         for (int64_t i = 0; i < n; i++) rate[i] = W->heat[i] + X->exhaust[i] * (rate[i] - W->heat[i]);
     if (full)
         for (int64_t i = 0; i < n; i++) {
@@ -157,10 +157,10 @@ INLINE void replay_steps(const double *u, const Motions *m, Lanes *W, Sets *X, b
         const int last = KUTTA_STAGES - 1; /* at the step's end; its supply is still the one in force */
         for (int side = 0; side < 2; side++) {
             const double out_u = sign_of(side) * u[step * KUTTA_STAGES + last];
-            const double p_port = (out_u >= 0 ? supplied.conditions.P_s : supplied.conditions.P_atm) / P_0;
-            if (!step_end(W, X, side, full, p_port, h)) continue;
+            const Shared at_end = shared_terms(out_u, 0, 0, side, &k);
+            if (!step_end(W, X, side, full, at_end.p_port, h)) continue;
             double x = write_geometry(m, step, last, side, plant, W->count, X);
-            step_across_port(W, X, side, full, out_u < 0, shared_terms(out_u, x, 0, side, &k), &k, h, terms);
+            step_across_port(W, X, side, full, !at_end.supplied, shared_terms(out_u, x, 0, side, &k), &k, h, terms);
             for (int stage = 0; stage < 2; stage++) { /* rates of a stage that failed would stay in later sums */
                 memset(W->k[side][stage], 0, sizeof W->k[side][stage]);
                 memset(X->rate_T[side][stage], 0, sizeof X->rate_T[side][stage]);

@@ -122,8 +122,8 @@ void supplied_mass(const double *states, const double *u, const double *u_B, int
             const Chamber chamber = chamber_of(&plant->cylinder, side);
             double area[2] = {own > 0 ? valve->k_xu * own : 0, own < 0 ? -valve->k_xu * valve->exhaust * own : 0};
             if (paths->knots > 0) {
-                area[0] = area_at(own, paths->u, paths->supply[side], paths->knots);
-                area[1] = area_at(own, paths->u, paths->exhaust[side], paths->knots);
+                area[0] = valve->k_xu * opening_at(own, paths->u, paths->supply[side], paths->knots);
+                area[1] = valve->k_xu * opening_at(own, paths->u, paths->exhaust[side], paths->knots);
             }
             const int narrow = area[1] <= area[0];
             for (int end = 0; end < 2; end++) {
@@ -131,7 +131,7 @@ void supplied_mass(const double *states, const double *u, const double *u_B, int
                 const double content = P * volume(sign * y[0], chamber, &plant->cylinder) / (plant->gas.R * T);
                 double m_in, m_out;
                 Gas gas = plant->gas;
-                if (paths->knots > 0) gas.critical_ratio = paths->b[side][narrow];
+                if (paths->b[side][narrow] > 0) gas.critical_ratio = paths->b[side][narrow];
                 port_flows(area[narrow] + valve->leak, narrow ? c->P_atm : c->P_s, P, T, valve, &gas, c, &m_in, &m_out);
                 const double flow = (m_in - m_out) * h / 2;
                 m[k] += narrow == 0 ? flow : (end == 0 ? -content : content) - flow;

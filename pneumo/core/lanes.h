@@ -6,7 +6,7 @@
 #include "rates.h"
 
 /* Terms of the pressure rate at one stage that are the same for all lanes of a chamber. */
-typedef struct { double p_port, ln_port, inward, outward, compression, wall, wall_A; } Shared;
+typedef struct { double p_port, ln_port, inward, outward, compression, wall, wall_A; bool supplied; } Shared;
 
 /* What does not change during a replay. */
 typedef struct {
@@ -31,16 +31,16 @@ INLINE Shared shared_terms(double u, double x, double v, int side, const Constan
     bool supplied = u >= 0;
     if (plant->valve.paths.knots > 0) { /* with one critical ratio, and never both paths open */
         const Paths *paths = &plant->valve.paths;
-        double area = area_at(u, paths->u, paths->supply[side], paths->knots);
-        supplied = area > 0;
-        if (!supplied) area = area_at(u, paths->u, paths->exhaust[side], paths->knots);
-        throat = plant->gas.R * area * inverse_V;
+        double opening = opening_at(u, paths->u, paths->supply[side], paths->knots);
+        supplied = opening > 0;
+        if (!supplied) opening = opening_at(u, paths->u, paths->exhaust[side], paths->knots);
+        throat = plant->gas.R * plant->valve.k_xu * opening * inverse_V;
     }
     double p_port = (supplied ? c->P_s : c->P_atm) / c->P_0;
     double wall = (plant->gas.gamma - 1) * plant->k_0 / c->P_0 * inverse_V;
     return (Shared){p_port, supplied ? k->ln_s : k->ln_atm, throat * (p_port * k->root_T_in), -throat,
                     -chamber.area * v * inverse_V, wall,
-                    wall * (heat_area(x, &plant->cylinder) * k->inverse_heat_area)};
+                    wall * (heat_area(x, &plant->cylinder) * k->inverse_heat_area), supplied};
 }
 
 /* Write the rate of every lane's pressure, P_0 per second. W->p holds the pressures, W->root_T the roots of T / T_0

@@ -54,24 +54,26 @@ INLINE void port_flows(double A_t, double P_port, double P, double T, const Valv
     }
 }
 
-/* Area at a chamber's own command: linear between knots, and that of the last knot beyond. */
-INLINE double area_at(double u, const double *knots, const double *areas, int64_t count) {
-    if (!(u > knots[0])) return areas[0];
+/* Opening at a chamber's own command: linear between knots, and that of the last knot beyond. */
+INLINE double opening_at(double u, const double *knots, const double *openings, int64_t count) {
+    if (!(u > knots[0])) return openings[0];
     for (int64_t i = 1; i < count; i++)
-        if (u <= knots[i]) return areas[i - 1] + (u - knots[i - 1]) / (knots[i] - knots[i - 1]) * (areas[i] - areas[i - 1]);
-    return areas[count - 1];
+        if (u <= knots[i])
+            return openings[i - 1] + (u - knots[i - 1]) / (knots[i] - knots[i - 1]) * (openings[i] - openings[i - 1]);
+    return openings[count - 1];
 }
 
-/* Flows of a valve whose paths have areas and critical ratios of their own; add those through both ports. */
+/* Flows of a valve whose paths have openings and critical ratios of their own, through both ports. */
 INLINE void path_flows(double u, double P, double T, int side, const Plant *plant, double *m_in, double *m_out) {
     const Paths *paths = &plant->valve.paths;
     *m_in = *m_out = 0;
     for (int port = 0; port < 2; port++) {
-        const double *areas = port == 0 ? paths->supply[side] : paths->exhaust[side];
-        double area = area_at(u, paths->u, areas, paths->knots) + plant->valve.leak, inward, outward;
+        const double *openings = port == 0 ? paths->supply[side] : paths->exhaust[side];
+        double opening = opening_at(u, paths->u, openings, paths->knots), inward, outward;
+        double area = plant->valve.k_xu * opening + plant->valve.leak;
         if (!(area > 0)) continue;
         Gas gas = plant->gas;
-        gas.critical_ratio = paths->b[side][port];
+        if (paths->b[side][port] > 0) gas.critical_ratio = paths->b[side][port];
         const double P_port = port == 0 ? plant->conditions.P_s : plant->conditions.P_atm;
         port_flows(area, P_port, P, T, &plant->valve, &gas, &plant->conditions, &inward, &outward);
         *m_in += inward;

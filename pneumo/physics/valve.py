@@ -26,28 +26,33 @@ class Gas(NamedTuple):
 
 
 class Paths(NamedTuple):
-    """Areas of a valve's paths as a table over the command, and their critical ratios.
+    """Openings of a valve's paths as a table over the command, and their critical ratios.
+
+    An opening is the area over `Valve.k_xu`, V.
 
     A chamber's own command is positive where it connects the chamber to the supply: u for chamber A and -u
-    for chamber B where they share a valve. Between knots an area is linear; beyond the ends it stays.
+    for chamber B where they share a valve. Between knots an opening is linear; beyond the ends it stays.
     """
 
-    knots: int = 0  #: their number; 0: the areas are proportional to the command
+    knots: int = 0  #: their number; 0: each opening is the command
     u: tuple[float, ...] = ()  #: own commands of the knots, V, increasing
-    supply: tuple[tuple[float, ...], ...] = ()  #: area from the supply by (chamber, knot), m^2
-    exhaust: tuple[tuple[float, ...], ...] = ()  #: area to the atmosphere, likewise
-    b: tuple[tuple[float, ...], ...] = ()  #: critical ratio by (chamber, path), path from the supply first
+    supply: tuple[tuple[float, ...], ...] = ()  #: opening from the supply by (chamber, knot), V
+    exhaust: tuple[tuple[float, ...], ...] = ()  #: opening to the atmosphere, likewise
+    b: tuple[
+        tuple[float, ...], ...
+    ] = ()  #: critical ratio by (chamber, path), supply first; empty: that of the gas
 
-    def areas(self, u: float, side: int) -> tuple[float, float]:
-        """Areas from the supply and to the atmosphere, m^2, at a chamber's own command, V."""
+    def openings(self, u: float, side: int) -> tuple[float, float]:
+        """Openings from the supply and to the atmosphere, V, at a chamber's own command, V."""
         supply, exhaust = (float(np.interp(u, self.u, of[side])) for of in (self.supply, self.exhaust))
         return supply, exhaust
 
-    def one_at_a_time(self, gas: Gas) -> bool:
+    @property
+    def one_at_a_time(self) -> bool:
         """Whether a chamber has never both paths open, and every path has the critical ratio of the gas."""
         pairs = zip(self.supply, self.exhaust, strict=True)
         both = any(supply[i] and exhaust[j] for supply, exhaust in pairs for i, j in _neighbours(self.knots))
-        return not both and all(b == gas.critical_ratio for of in self.b for b in of)
+        return not both and not self.b
 
 
 def _neighbours(count: int) -> Iterator[tuple[int, int]]:
@@ -66,7 +71,7 @@ class Valve(NamedTuple):
     leak: float = 0.0  #: area that stays open between a chamber and either of supply and atmosphere, m^2
     #: Whether leak in and leak out cancel before they cross the port, so that only the rest carries heat.
     net_leak: bool = False
-    paths: Paths = Paths()  #: areas that are not proportional to the command, or differ between paths
+    paths: Paths = Paths()  #: openings that are not the command, or differ between paths
 
 
 class Conditions(NamedTuple):
@@ -164,10 +169,12 @@ def _path_flows(
     """Mass flows into and out of a chamber, kg/s, through paths with areas and ratios of their own."""
     m_in, m_out = 0.0, 0.0
     ports = conditions.P_s, conditions.P_atm
-    for P_port, area, b in zip(ports, valve.paths.areas(u, side), valve.paths.b[side], strict=True):
-        if area + valve.leak > 0:
+    ratios = valve.paths.b[side] if valve.paths.b else (gas.critical_ratio,) * 2
+    for P_port, opening, b in zip(ports, valve.paths.openings(u, side), ratios, strict=True):
+        area = valve.k_xu * opening + valve.leak
+        if area > 0:
             its_gas = gas._replace(critical_ratio=b)
-            flows = port_flows(area + valve.leak, P_port, P, T, valve, its_gas, conditions)
+            flows = port_flows(area, P_port, P, T, valve, its_gas, conditions)
             m_in, m_out = m_in + flows[0], m_out + flows[1]
     return m_in, m_out
 

@@ -169,7 +169,7 @@ def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
     """
     _, error = flow_polynomial(plant.gas)
     valve = plant.valve
-    if error > FLOW_TOLERANCE or valve.laminar or valve.leak or not valve.paths.one_at_a_time(plant.gas):
+    if error > FLOW_TOLERANCE or valve.laminar or valve.leak or not valve.paths.one_at_a_time:
         return np.zeros(len(lanes), dtype=bool)
     _, _, _, a, _, _, wall_scale, e_A, e_PT, full = np.asarray(lanes, dtype=float).T
     law = (e_PT == 0) & ((e_A == 0) | (e_A == 1)) | (e_PT == 0.5) & (e_A == 1)
