@@ -12,7 +12,7 @@ from pneumo.physics.models import MODELS, Model
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import GREY, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
-from pneumo.selection.runs import Run, replay
+from pneumo.runs import Run, replay
 from pneumo.storage.files import read, read_study
 from pneumo.storage.layout import recording_from
 

@@ -28,12 +28,13 @@ if TYPE_CHECKING:
     from pneumo.physics.valve import Conditions as Conditions
     from pneumo.physics.valve import Gas as Gas
     from pneumo.physics.valve import Valve as Valve
+    from pneumo.runs import Prediction as Prediction
+    from pneumo.runs import Run as Run
+    from pneumo.runs import State as State
+    from pneumo.runs import recorded as recorded
+    from pneumo.runs import replay as replay
+    from pneumo.runs import simulate as simulate
     from pneumo.selection.plants import plant as plant
-    from pneumo.selection.runs import Prediction as Prediction
-    from pneumo.selection.runs import Run as Run
-    from pneumo.selection.runs import recorded as recorded
-    from pneumo.selection.runs import replay as replay
-    from pneumo.selection.runs import simulate as simulate
     from pneumo.storage.files import open_grid as open_grid
 
     __version__: str

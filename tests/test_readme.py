@@ -12,8 +12,8 @@ from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.cli.commands import app
 from pneumo.configuration.parameters import load, study
 from pneumo.publish.style import save
+from pneumo.runs import simulate
 from pneumo.selection.plants import configured_plant
-from pneumo.selection.runs import simulate
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCK = r"<!--generated: print\((\w+)\(\)\) -->\n(.*?)\n<!--end-->"

@@ -26,12 +26,13 @@ const study = (() => {
     const P_s = value("P_s_Pa"), area = Math.PI * bore ** 2 / 4, rod_area = Math.PI * rod ** 2 / 4;
     const V_d_A = blank("dead_volume_m3") ? layout.dead_fraction * area * stroke / 2 : value("dead_volume_m3");
     const V = V_d_A + area * stroke / 2, A_q = 4 * V / bore + Math.PI / 2 * bore ** 2;
-    const {product, factor} = layout.catalogue, middle = product * A_q / V * A_q;
+    const b = blank("b") ? layout.usual_b : value("b"), {product, smallest, largest, growth} = layout.catalogue;
+    const factor = layout.catalogue.factor * Math.max(smallest / bore, bore / largest, 1) ** growth, middle = product * A_q / V * A_q;
     const low = blank("k_0_low") ? middle / factor : value("k_0_low");
     const high = blank("k_0_high") ? middle * factor : value("k_0_high");
     const asCatalogue = blank("k_0_low") && blank("k_0_high");
     return {
-      bore, stroke, P_s, A_A: area, A_B: area - rod_area, V_d_A, critical_ratio: value("b"), P_0: atRest(value("b"), P_s),
+      bore, stroke, P_s, A_A: area, A_B: area - rod_area, V_d_A, critical_ratio: b, P_0: atRest(b, P_s),
       V_d_B: blank("dead_volume_B_m3") ? V_d_A : value("dead_volume_B_m3"), M: value("mass_kg"), k_f: value("friction_Ns_per_m"),
       x_min: -stroke / 2, x_max: stroke / 2, load: -rod_area * given.P_atm, coulomb: value("coulomb_N"),
       k_xu: value("C_dm3_per_sbar") * layout.area_per_conductance / given.u_max,
@@ -80,12 +81,14 @@ const study = (() => {
     const C = "C_dm3_per_sbar";
     const wrong = (section) => {
       for (const {key, bounds, value, path} of layout.fields.filter((field) => field.path.startsWith(section))) {
-        if (!(key in told) && (value === null || key === C)) continue;
+        const noFlow = {key: C, line: `${path}`.replace(/b$/, `${C}: missing; must be ${allowed(C)}; or give ${layout.flows}`)};
+        if (key === "b" && !(C in told) && !(key in told)) return noFlow;
+        if (!(key in told) && (value === null || key === C || key === "b")) continue;
         const text = told[key] ?? "None", x = NUMBER.test(text) ? Number(text) : NaN;
         if (x > (bounds.gt ?? -Infinity) && x >= (bounds.ge ?? -Infinity)
           && x < (bounds.lt ?? Infinity) && x <= (bounds.le ?? Number.MAX_VALUE)) {
           if (key !== "b" || C in told) continue; // C may be left out, for a nominal flow
-          return {key: C, line: `${layout.fields.find((field) => field.key === C).path}: missing; must be ${allowed(C)}; or give Q_n_l_per_min`};
+          return noFlow;
         }
         let shown = text === "None" || Number.isInteger(x) ? text : `'${text}'`;
         if (!Number.isInteger(x) && !Number.isNaN(x)) shown = repr(x);
@@ -93,7 +96,7 @@ const study = (() => {
       }
       return null;
     };
-    const {P_s, bore, stroke, A_A, A_B, load, coulomb, M, k_f, k_xu, P_0} = plant(texts), {P_atm} = given;
+    const {P_s, bore, stroke, A_A, A_B, load, coulomb, M, k_f, k_xu, P_0, critical_ratio} = plant(texts), {P_atm} = given;
     const [mm, rod] = [Number(told.bore_mm), Number(told.rod_mm)], limits = layout.plausible;
     const supply = wrong("supply");
     if (supply) return supply;
@@ -117,7 +120,7 @@ const study = (() => {
       return implausible("coulomb_N", `the piston cannot move ${out < back ? "out" : "back"}: at P_s_Pa = ${general(P_s, 6)}`
         + ` the air pushes with ${push} N, and load, weight and Coulomb friction hold it`);
     }
-    const speed = flow(Number(told.b), k_xu * given.u_max, P_s, P_0) * given.R * given.T_0 / (P_0 * A_A);
+    const speed = flow(critical_ratio, k_xu * given.u_max, P_s, P_0) * given.R * given.T_0 / (P_0 * A_A);
     if (speed > limits.fastest) {
       return implausible("C_dm3_per_sbar", `fully open it moves the piston of ${general(mm, 6)} mm at ${general(speed, 3)} m/s,`
         + ` no cylinder survives ${general(limits.fastest, 6)} m/s`);

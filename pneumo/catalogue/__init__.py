@@ -11,6 +11,9 @@ from pneumo.physics.cylinder import Cylinder, Side, chamber_of, volume, wetted_a
 
 FILE = Path(__file__).parent / "conductances.csv"
 LEVEL = 0.95  # of the prediction interval
+# Beyond the measured bores the factor of the interval grows as the ratio of the bores to this power: walls of
+# 127 and 273 mm, which the project measured from records, lie within (docs/measurements.md).
+GROWTH = 0.6
 
 
 class Measured(NamedTuple):
@@ -77,15 +80,27 @@ def coefficient_times_length() -> tuple[float, float]:
     return exp(fmean(logs)), exp(half)
 
 
+def measured_bores() -> tuple[float, float]:
+    """Smallest and largest bore of the measured cylinders, m."""
+    bores = [measured.bore for measured in measured_conductances()]
+    return min(bores), max(bores)
+
+
+def conductance_factor(bore: float) -> float:
+    """Factor of the default's 95 per cent interval for a bore, m; beyond the measured ones it is larger."""
+    smallest, largest = measured_bores()
+    return coefficient_times_length()[1] * max(smallest / bore, bore / largest, 1.0) ** GROWTH
+
+
 def default_conductance(cylinder: Cylinder) -> Default:
     """Return the conductance to use if that of a cylinder is unknown, for chamber A in mid-stroke.
 
     From six measurements on three cylinders of 20 and 32 mm bore (`measured_conductances`); the interval is
-    wide, and beyond these sizes it is an extrapolation.
+    wide, and wider beyond these sizes (`conductance_factor`), where the default is an extrapolation.
     """
     V = volume(0.0, chamber_of(cylinder, Side.A), cylinder)
     A_q = wetted_area(V, cylinder.bore)
-    product, factor = coefficient_times_length()
+    product, factor = coefficient_times_length()[0], conductance_factor(cylinder.bore)
     lambda_0 = product * A_q / V
     k_0 = lambda_0 * A_q
     return Default(lambda_0, k_0, k_0 / factor, k_0 * factor)

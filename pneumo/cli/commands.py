@@ -20,6 +20,7 @@ from pneumo.cli.paper_commands import (
     verify,
 )
 from pneumo.cli.rig_commands import rig
+from pneumo.cli.run_commands import simulate
 
 app = typer.Typer(
     help="Reduced-order thermodynamic models of servo-pneumatic chambers. Begin with"
@@ -30,7 +31,7 @@ app = typer.Typer(
 paper = typer.Typer(help="Reproduction of the paper: verdict and evidence.")
 app.add_typer(paper, name="paper")
 
-for command in (init, check, study, show, fit, rig, linearise, export, models):
+for command in (init, check, simulate, study, show, fit, rig, linearise, export, models):
     app.command()(command)
 for command in (verdict, explain, figures, verify):
     paper.command()(command)

@@ -56,13 +56,16 @@ def check(
     trust: Trust = False,
 ) -> None:
     """Check a configuration and list its experiments."""
+    from pneumo.configuration.known_within import conversion_notes
+    from pneumo.configuration.parameters import study as in_SI
     from pneumo.selection.plants import study_notes
 
-    study = configured_study(files, trust)
+    configuration = read_configuration(files, trust)
+    study = in_SI(configuration)
     for name, e in study.experiments.items():
         time = f"{e.duration:g} s, step {e.h * 1e3:g} ms"
         typer.echo(f"{name}  cylinder {e.cylinder}  {e.loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
-    for note in study_notes(study):
+    for note in (*study_notes(study), *conversion_notes(configuration)):
         typer.echo(note)
     typer.echo(f"{study.name}: {len(study.experiments)} experiments, n = {', '.join(map(str, study.n))}")
 
@@ -111,7 +114,7 @@ def study(
     from rich.console import Console
     from rich.progress import Progress
 
-    from pneumo.configuration.known_within import known_within
+    from pneumo.configuration.known_within import conversion_notes, known_within
     from pneumo.configuration.parameters import study as in_SI
     from pneumo.selection.cylinder_ranking import run_study, selected, simulated_time
 
@@ -124,6 +127,8 @@ def study(
     for name in {e.cylinder: None for e in chosen.experiments.values()}:
         if configuration.cylinders[name].valve_dynamics:
             typer.echo(f"note: {name}: valve_dynamics is for exports; in runs it follows at once", err=True)
+    for note in conversion_notes(configuration):
+        typer.echo(f"note: {note}", err=True)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("full-order runs and replays", total=simulated_time(chosen))
         limits = known_within(configuration)

@@ -10,6 +10,7 @@ from math import pi, radians, sin
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
 from pydantic import ValidationError
 
 from pneumo.catalogue import default_conductance
@@ -23,13 +24,14 @@ from pneumo.configuration.schema import (
     CylinderSection,
     ExperimentSection,
     GasSection,
+    ValveSection,
 )
 from pneumo.configuration.schema_messages import Written, error_line
 from pneumo.configuration.signal_file import read_column
 from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.valve import Conditions, Gas, Valve, critical_ratio, sonic_coefficient
+from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, exact_gas, sonic_coefficient
 
 
 def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, Any]:
@@ -174,6 +176,7 @@ def accuracy(configuration: Configuration | None = None, position_shown: bool = 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 ISO_6358_T, ISO_6358_RHO = 293.15, 1.185  # K, kg/m^3: the reference atmosphere of a sonic conductance
 SBAR = 1e-8  # 1 dm^3/(s bar) in m^3/(s Pa)
+AIR = exact_gas(287.0, 1.4)  # with which valves are measured
 DEAD_FRACTION = 0.1  # of the volume of half the stroke, as in Table 2
 
 
@@ -181,21 +184,23 @@ def _gas(section: GasSection, cylinder: CylinderSection) -> Gas:
     R, gamma = section.R_J_per_kgK, section.gamma
     sonic = sonic_coefficient(R, gamma) if section.sonic_coefficient == "exact" else section.sonic_coefficient
     if cylinder.valve:
-        return Gas(R, gamma, sonic, cylinder.valve.b, elliptic=True)
+        return Gas(R, gamma, sonic, cylinder.valve.critical_ratio, elliptic=True)
     critical = critical_ratio(gamma) if section.critical_ratio == "exact" else section.critical_ratio
     return Gas(R, gamma, sonic, critical)
 
 
 def _area_per_conductance(gas: Gas) -> float:
-    """Area, m^2, that has the same choked flow by eq (1) as a sonic conductance C of 1 dm^3/(s bar).
+    """Area, m^2, that has the choked flow of air by eq (1) of a sonic conductance C of 1 dm^3/(s bar).
 
-    By ISO 6358 the choked flow of a conductance C is C rho_ref P_u sqrt(T_ref/T_u).
+    By ISO 6358 the choked flow of a conductance C is C rho_ref P_u sqrt(T_ref/T_u), with air. The area stays
+    with another gas. A sonic coefficient that was given in place of the exact one scales that of air too.
     """
-    return SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / gas.sonic_coefficient
+    of_air = gas.sonic_coefficient * (AIR.sonic_coefficient / sonic_coefficient(gas.R, gas.gamma))
+    return SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / of_air
 
 
 def sonic_conductance(valve: Valve, gas: Gas) -> float:
-    """Sonic conductance C of a fully open valve, dm^3/(s bar)."""
+    """Sonic conductance C of a fully open valve, dm^3/(s bar), as measured with air."""
     return valve.k_xu * valve.u_max / _area_per_conductance(gas)
 
 
@@ -205,9 +210,55 @@ def _valve(section: CylinderSection, gas: Gas) -> Valve:
         assert section.k_x_k_u_m2_per_V is not None
         return Valve(section.k_x_k_u_m2_per_V, u_max)
     area = _area_per_conductance(gas)
-    assert catalogue.C_dm3_per_sbar is not None
-    k_xu = catalogue.C_dm3_per_sbar * area / u_max
-    return Valve(k_xu, u_max, exhaust=catalogue.exhaust_ratio, leak=catalogue.leak_dm3_per_sbar * area)
+    k_xu = catalogue.largest_C * area / u_max
+    valve = Valve(k_xu, u_max, exhaust=catalogue.exhaust_ratio, leak=catalogue.leak_dm3_per_sbar * area)
+    if not (section.valve_B or catalogue.curve or catalogue.exhaust_b):
+        return valve
+    # Own command of each chamber; chamber B of a valve that both share has the negative of its command.
+    of_A = _paths(catalogue, u_max)
+    of_B = _paths(section.valve_B, u_max) if section.valve_B else _paths(catalogue, u_max, mirrored=True)
+    u = np.union1d(of_A.u, of_B.u)
+    supply, exhaust = (
+        tuple(
+            tuple(float(C) * area / k_xu for C in np.interp(u, of.u, getattr(of, path)))
+            for of in (of_A, of_B)
+        )
+        for path in ("supply", "exhaust")
+    )
+    b = tuple(
+        (of.critical_ratio, of.exhaust_b or of.critical_ratio)
+        for of in (catalogue, section.valve_B or catalogue)
+    )
+    b = () if {*b[0], *b[1]} == {gas.critical_ratio} else b
+    return valve._replace(paths=Paths(len(u), tuple(u.tolist()), supply, exhaust, b))
+
+
+class _ChamberPaths(NamedTuple):
+    """Conductances of one chamber's paths, dm^3/(s bar), at knots of its own command, V."""
+
+    u: np.ndarray
+    supply: np.ndarray
+    exhaust: np.ndarray
+
+
+def _paths(valve: ValveSection, u_max: float, mirrored: bool = False) -> _ChamberPaths:
+    """Paths of chamber A or, `mirrored`, those of chamber B behind the same valve."""
+    curve, ratio = valve.curve, valve.exhaust_ratio
+    if curve is None:
+        u, C = np.array([-u_max, 0.0, u_max]), np.array([valve.largest_C, 0.0, valve.largest_C])
+    else:
+        u, C = np.array(curve.u_V), np.array(curve.C_dm3_per_sbar)
+        if curve.exhaust_C_dm3_per_sbar is not None:  # over the own command of either chamber
+            return _ChamberPaths(u, C, np.array(curve.exhaust_C_dm3_per_sbar))
+        if u[0] >= 0:
+            u, C = (
+                np.append(-u[:0:-1] if u[0] == 0 else -u[::-1], u),
+                np.append(C[:0:-1] if u[0] == 0 else C[::-1], C),
+            )
+    null = u[C == 0].mean()  # to either side, the valve is open the one way or the other
+    if mirrored:
+        u, C, null = -u[::-1], C[::-1], -null
+    return _ChamberPaths(u, np.where(u > null, C, 0.0), ratio * np.where(u < null, C, 0.0))
 
 
 def _cylinder(s: CylinderSection, P_atm: float) -> Cylinder:

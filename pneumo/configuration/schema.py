@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
 
 from pneumo.catalogue import measured_cylinders
+from pneumo.configuration.conductance import CONVERSIONS, USUAL_B, conductance
 from pneumo.configuration.experiment import MOST_HALVINGS
-from pneumo.configuration.nominal_flow import conductance_of_nominal_flow
 from pneumo.configuration.schema_parts import (
     Conductance,
     Count,
@@ -26,15 +26,17 @@ from pneumo.configuration.schema_parts import (
     key_of,
     listed,
 )
+from pneumo.physics.gases import GASES
 
 MOST_PERCENT = 50.0  # of an accuracy
 MOST_K_0_FACTOR = 100.0  # within which k_0 may be known
 Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
+MOST_KNOTS = 30  # of a curve; both chambers' fit into the core's table
 LONGEST = 20_000_000  # steps of a run: 1 GB of states
 
 
 class GasSection(Section):
-    """Air as a perfect gas, and the two printed constants of eq (1)."""
+    """A perfect gas, and the two printed constants of eq (1); or its name, such as `gas: helium`."""
 
     R_J_per_kgK: Number = key_of("gas constant R", gt=0, le=5000)
     gamma: Number = key_of("ratio of specific heats", ge=1.05, le=1.67)
@@ -42,6 +44,16 @@ class GasSection(Section):
         "factor of the sonic branch of eq (1), s K^0.5/m, or exact"
     )
     critical_ratio: Literal["exact"] | Fraction = key_of("P_d/P_u at which flow becomes sonic, or exact")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_its_name(cls, value: Any) -> Any:
+        if not isinstance(value, str):
+            return value
+        if value not in GASES:
+            raise conflict(value, f"must be a section, or one of {', '.join(GASES)}", ())
+        constants = {"R_J_per_kgK": GASES[value].R, "gamma": GASES[value].gamma}
+        return constants | {"sonic_coefficient": "exact", "critical_ratio": "exact"}
 
 
 class SupplySection(Section):
@@ -125,47 +137,137 @@ class SettlingSection(Section):
     )
 
 
+Knots = Annotated[
+    list[Annotated[Number, Field(ge=-1000, le=1000)]], Field(min_length=2, max_length=MOST_KNOTS)
+]
+Conductances = Annotated[list[Conductance], Field(min_length=2, max_length=MOST_KNOTS)]
+
+
+class CurveSection(Section):
+    """Sonic conductance as a table over the command, linear between its rows.
+
+    With exhaust_C_dm3_per_sbar, C_dm3_per_sbar is the path from the supply and that the path to the
+    atmosphere, both over the chamber's own command, which is positive where it connects the chamber to the
+    supply: u_V of chamber A, and of chamber B with a valve of its own. Without it the table has what flows
+    at a command through either path: a table from 0 on holds for both signs; one that begins below 0 must be
+    0 where the valve changes its direction.
+    """
+
+    u_V: Knots = key_of("commands, increasing")
+    C_dm3_per_sbar: Conductances = key_of("sonic conductance at each")
+    exhaust_C_dm3_per_sbar: Conductances | None = key_of(
+        "sonic conductance of the path to the atmosphere at each", None
+    )
+
+    @model_validator(mode="after")
+    def _one_table(self) -> Self:
+        for before, after in itertools.pairwise(self.u_V):
+            if before >= after:
+                raise conflict(self.u_V, f"must increase, and {after:g} follows {before:g}", ("u_V",))
+        for key in ("C_dm3_per_sbar", "exhaust_C_dm3_per_sbar"):
+            values = getattr(self, key)
+            if values is not None and len(values) != len(self.u_V):
+                condition = f"must have {len(self.u_V)} numbers, as u_V has, not {len(values)}"
+                raise conflict(values, condition, (key,), ("u_V",))
+            if values is not None and not max(values) > 0:
+                raise conflict(values, "must be positive somewhere", (key,))
+        if self.exhaust_C_dm3_per_sbar is not None:
+            return self
+        if self.u_V[0] >= 0 and self.C_dm3_per_sbar[0] != 0:
+            condition = f"must begin with 0, or with commands below 0: at u_V = {self.u_V[0]:g} it would jump"
+            raise conflict(self.C_dm3_per_sbar, condition, ("C_dm3_per_sbar",), ("u_V",))
+        if self.u_V[0] < 0 and 0 not in self.C_dm3_per_sbar:
+            condition = "must be 0 at one command at least, where the valve changes its direction"
+            raise conflict(self.C_dm3_per_sbar, condition, ("C_dm3_per_sbar",))
+        return self
+
+
+def _figure(meaning: str, largest: float) -> Any:
+    """Key for a figure of `CONVERSIONS` other than C, which is left out of the hash if it is not given."""
+    return key_of(meaning, None, exclude_if=lambda value: value is None, gt=0, le=largest)
+
+
 class ValveSection(Section):
     """A valve by its catalogue: flow by ISO 6358, conductance C and critical ratio b at full opening.
 
-    A nominal flow is converted: the section then has the C that belongs to it.
+    Another figure of a catalogue is converted: the section then has the C that belongs to it. Conductances
+    are those with air, whatever the gas: the valve keeps its area.
     """
 
     C_dm3_per_sbar: Number | None = key_of(
         "sonic conductance C from supply to chamber at u_max_V; or give Q_n_l_per_min", None, gt=0, le=1000
     )
-    Q_n_l_per_min: Number | None = key_of(
+    Q_n_l_per_min: Number | None = _figure(
         "nominal flow from supply to chamber at u_max_V, from 7 to 6 bar absolute, of air at 20 °C and 1 bar",
+        2.5e5,
+    )
+    Q_nN_l_per_min: Number | None = _figure("the same in normal litres, at 0 °C and 1.01325 bar", 2.5e5)
+    C_m3_per_sPa: Number | None = _figure("instead: C in the standard's own unit", 1e-5)
+    C_l_per_minbar: Number | None = _figure("instead: C in litres (ANR) a minute and bar", 6e4)
+    S_mm2: Number | None = _figure("instead: effective area; C = S / 5 within 5 %", 5000)
+    Cv: Number | None = _figure("instead: flow coefficient in US units; within 15 %", 250)
+    Kv_m3_per_h: Number | None = _figure("instead: metric flow coefficient; within 15 %", 220)
+    b: Number | None = key_of(
+        "critical pressure ratio; 0.3 if left out, with a flow that is uncertain by 10 %", None, gt=0, lt=1
+    )
+    exhaust_ratio: Number = key_of("C from chamber to exhaust over that from supply to it", 1.0, gt=0, le=10)
+    exhaust_b: Fraction | None = key_of(
+        "critical ratio of the path to the exhaust, if it differs",
         None,
         exclude_if=lambda value: value is None,
-        gt=0,
-        le=2.5e5,
     )
-    b: Number = key_of("critical pressure ratio; take 0.3 if the catalogue has none", gt=0, lt=1)
-    exhaust_ratio: Number = key_of("C from chamber to exhaust over that from supply to it", 1.0, gt=0, le=10)
+    curve: CurveSection | None = key_of(
+        "instead of C: a table over the command", None, exclude_if=lambda value: value is None
+    )
     leak_dm3_per_sbar: Number = key_of("sonic conductance of each closed path", 0.0, ge=0, le=100)
-    _Q_n: float | None = PrivateAttr(None)
+    _given: tuple[str, float] | None = PrivateAttr(None)
 
     @model_validator(mode="wrap")
     @classmethod
     def _with_conductance(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         section = handler(value)
-        section.exactly_one("C_dm3_per_sbar", "Q_n_l_per_min")
-        if section.Q_n_l_per_min is None:
+        C, *others = CONVERSIONS
+        given = [key for key in CONVERSIONS if getattr(section, key) is not None]
+        if section.curve and not given:
+            if section.curve.exhaust_C_dm3_per_sbar and section.exhaust_ratio != 1:
+                condition = "conflicts with curve.exhaust_C_dm3_per_sbar; give only one"
+                raise conflict(section.exhaust_ratio, condition, ("exhaust_ratio",), ("curve",))
             return section
-        C = conductance_of_nominal_flow(section.Q_n_l_per_min, section.b)
-        others = section.model_dump(exclude_unset=True, exclude={"C_dm3_per_sbar", "Q_n_l_per_min"})
-        converted = cls(C_dm3_per_sbar=C, **others)
-        converted._Q_n = section.Q_n_l_per_min
+        if section.curve:
+            value = getattr(section, given[0])
+            raise conflict(value, "conflicts with curve; give only one", (given[0],), ("curve",))
+        if not given:
+            raise conflict(None, f"or give {', '.join(others)}", (C,))
+        if len(given) > 1:
+            value = getattr(section, given[0])
+            raise conflict(value, f"conflicts with {given[1]}; give only one", (given[0],), (given[1],))
+        if given == [C]:
+            return section
+        figure = given[0], getattr(section, given[0])
+        rest = section.model_dump(exclude_unset=True, exclude={*CONVERSIONS})
+        converted = cls(C_dm3_per_sbar=conductance(*figure, section.critical_ratio), **rest)
+        converted._given = figure
         return converted
+
+    @property
+    def critical_ratio(self) -> float:
+        """Critical ratio b, or the usual one if the configuration has none."""
+        return USUAL_B if self.b is None else self.b
 
     @property
     def flow_as_given(self) -> tuple[str, float]:
         """Key and value by which the configuration gives the flow."""
-        if self._Q_n is not None:
-            return "Q_n_l_per_min", self._Q_n
+        if self._given is not None:
+            return self._given
+        return "C_dm3_per_sbar", self.largest_C
+
+    @property
+    def largest_C(self) -> float:
+        """C of the path from the supply where it is fully open, dm^3/(s bar)."""
+        if self.curve:
+            return max(self.curve.C_dm3_per_sbar)
         assert self.C_dm3_per_sbar is not None
-        return "C_dm3_per_sbar", self.C_dm3_per_sbar
+        return self.C_dm3_per_sbar
 
 
 class ValveDynamicsSection(Section):
@@ -206,6 +308,11 @@ class CylinderSection(Section):
         "valve area per volt, with the flow of eq (1); or give the section valve", None, gt=0, le=1e-2
     )
     valve: ValveSection | None = key_of("a valve by its catalogue", None)
+    valve_B: ValveSection | None = key_of(
+        "valve of chamber B, or the paths of B, where they differ; its command is positive from the supply",
+        None,
+        exclude_if=lambda value: value is None,
+    )
     u_max_V: Number = key_of("limit of the command", gt=0, le=1000)
     valve_dynamics: ValveDynamicsSection | None = key_of(
         "how the valve follows its command", None, exclude_if=lambda value: value is None
@@ -236,6 +343,15 @@ class CylinderSection(Section):
     @model_validator(mode="after")
     def _one_valve_and_parts_that_fit(self) -> Self:
         self.exactly_one("k_x_k_u_m2_per_V", "valve", "the section valve")
+        if self.valve_B and not self.valve:
+            raise conflict(None, "needed beside valve_B", ("valve",))
+        if self.valve_B and self.valve_B.leak_dm3_per_sbar != (
+            self.valve.leak_dm3_per_sbar if self.valve else 0
+        ):
+            condition = "must be that of the section valve"
+            raise conflict(
+                self.valve_B.leak_dm3_per_sbar, condition, ("valve_B", "leak_dm3_per_sbar"), ("valve",)
+            )
         if self.rod_mm >= self.bore_mm and self.bore_mm < 1:
             condition = f"must exceed rod_mm = {self.rod_mm:g}"
             raise conflict(self.bore_mm, condition, ("bore_mm",), ("rod_mm",))

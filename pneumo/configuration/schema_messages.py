@@ -95,6 +95,8 @@ def _hint(key: Any, value: Any) -> str:
         return "is it in bar?"
     if key == "C_dm3_per_sbar" and value >= 20:
         return "is this a nominal flow in l/min? then Q_n_l_per_min"
+    if key == "C_m3_per_sPa" and value > 1e-5:
+        return "is this in dm3/(s bar)? then C_dm3_per_sbar"
     return ""
 
 

@@ -21,7 +21,8 @@ Written by `python -m pneumo.configuration.schema_readme`; do not edit.
 UNITS = {
     **{"J": "J", "K": "K", "N": "N", "Ns": "N s", "Pa": "Pa", "V": "V", "W": "W", "kg": "kg", "kgK": "kg K"},
     **{"m": "m", "m2": "m²", "m3": "m³", "mm": "mm", "s": "s", "Hz": "Hz", "deg": "°"},
-    **{"dm3": "dm³", "sbar": "s bar", "m2K": "m² K", "l": "l", "min": "min"},
+    **{"dm3": "dm³", "sbar": "s bar", "m2K": "m² K", "l": "l", "min": "min", "h": "h", "mm2": "mm²"},
+    **{"sPa": "s Pa", "minbar": "min bar"},
 }
 _UNIT = "|".join(sorted(UNITS, key=len, reverse=True))
 _SUFFIX = re.compile(rf"_(?:({_UNIT})_per_({_UNIT})|(?<!_per_P_)({_UNIT}))$")  # P_0_per_P_s is a ratio

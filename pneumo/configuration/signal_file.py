@@ -11,6 +11,12 @@ MOST_COLUMNS = 1000
 MOST_ROWS = 100_000  # they are stored with every result of the experiment
 
 
+def columns_of(file: Path, named: str) -> list[str]:
+    """Names of the columns in the first row of a CSV file; `named` is the file's name in error messages."""
+    rows = csv_rows(read_text(file.absolute(), LARGEST_SIGNAL_FILE, named))
+    return [name.strip() for name in next(rows, [])]
+
+
 def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
     """Return the numbers of one column of a CSV file whose first row names the columns.
 

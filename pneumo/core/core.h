@@ -2,7 +2,11 @@
    this file, so what it does not understand is in maths.h and rates.h. All quantities are in SI units. */
 
 typedef struct { double R, gamma, sonic_coefficient, critical_ratio; bool elliptic; } Gas;
-typedef struct { double k_xu, u_max, laminar, exhaust, leak; bool net_leak; } Valve;
+/* Openings of the four paths, V: the area over k_xu, at the knots of a chamber's own command; without knots, that
+   command. A b of 0 is that of the gas. */
+enum { KNOTS = 64 };
+typedef struct { int64_t knots; double u[KNOTS], supply[2][KNOTS], exhaust[2][KNOTS], b[2][2]; } Paths;
+typedef struct { double k_xu, u_max, laminar, exhaust, leak; bool net_leak; Paths paths; } Valve;
 typedef struct { double P_s, P_atm, T_in, T_amb, P_0, T_0; } Conditions;
 typedef struct {
     double bore, stroke, A_A, A_B, V_d_A, V_d_B, M, k_f, x_min, x_max;
@@ -18,7 +22,7 @@ typedef struct { bool estimates_k_0; Lane lane; } FilterModel;
 
 /* A run whose signals are replayed; arrays as in `pneumo.simulation.full_order.Recording`. */
 typedef struct {
-    const double *states, *reference, *u;
+    const double *states, *reference, *u, *u_B; /* u_B: NULL where it is -u */
     Drive drive;
     Plant plant;
     double h;
@@ -37,7 +41,7 @@ typedef struct {
     double before[2][ROW], after[2][ROW], coarse[2][ROW], largest[2][ROW]; /* while a step is halved */
     int64_t count, polytropic, heated, heated_PT; /* lanes, padded; first lane with each kind of term */
     int64_t fresh; /* whether the last rates k[.][6] are those at the start of the next step */
-    double inputs[3]; /* at which they were computed */
+    double inputs[4]; /* at which they were computed */
 } Lanes;
 
 /* What the vector kernels need of a fit's sets of parameters beside `Lanes`. */
@@ -55,9 +59,11 @@ double core_pow(double x, double y);
 
 void chamber_rate(double u, double x, double v, double P, double T, int side, const Plant *plant, const Lane *lane,
                   double *rates);
-void run(const double *y_0, double *reference, int64_t steps, double force, const Drive *drive, const Plant *plant,
+void run(const double *y_0, double *reference, const double *u_B, int64_t steps, double force, const Drive *drive, const Plant *plant,
          double h, int most_halvings, double *states, int8_t *halvings);
 void command_series(const double *states, const double *reference, int64_t count, const Drive *drive, double *u);
+void supplied_mass(const double *states, const double *u, const double *u_B, int64_t steps, const Plant *plant, double h,
+                   double *m);
 void stage_signals(const Recording *recording, const Sampling *sampling, int64_t k, int halvings, double *inputs);
 
 void replay_scalar(const Recording *recording, const Sampling *sampling, const Lane *lanes, int64_t count,

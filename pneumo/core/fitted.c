@@ -109,11 +109,11 @@ INLINE void stage_rates(Lanes *W, Sets *X, int side, int stage, double u, double
         for (int64_t i = 0; i < n; i++) {
             double root_T = W->root_T[i], in = sh.inward * (W->in[i] + W->in_T[i] * (root_T * root_T));
             double out = -sh.outward * (W->out[i] * sh.p_port * root_T);
-            double hK = (in > out ? in : out) * (u < 0 ? X->exhaust[i] : 1.0) * X->volume_ratio[i] * root;
+            double hK = (in > out ? in : out) * (sh.supplied ? 1.0 : X->exhaust[i]) * X->volume_ratio[i] * root;
             X->reach[side][i] = hK * hK / 4;
         }
     }
-    if (u < 0)
+    if (!sh.supplied)
         for (int64_t i = 0; i < n; i++) rate[i] = W->heat[i] + X->exhaust[i] * (rate[i] - W->heat[i]);
     if (full)
         for (int64_t i = 0; i < n; i++) {
@@ -181,11 +181,12 @@ INLINE void replay_steps(const double *u, const Motions *m, Lanes *W, Sets *X, b
         const int middle = 1, last = KUTTA_STAGES - 1; /* at the step's end; its supply is still the one in force */
         for (int side = 0; side < 2; side++) {
             const double out_u = sign_of(side) * u[step * KUTTA_STAGES + last];
-            const double p_port = (out_u >= 0 ? supplied.conditions.P_s : supplied.conditions.P_atm) / P_0;
-            const double p_port_before = out_u >= 0 ? P_s[step * KUTTA_STAGES] / P_0 : p_port;
+            const Shared at_end = shared_terms(out_u, 0, 0, side, &k);
+            const double p_port = at_end.p_port;
+            const double p_port_before = at_end.supplied ? P_s[step * KUTTA_STAGES] / P_0 : p_port;
             if (!step_end(W, X, side, full, p_port, h)) continue;
             double x = write_geometry(m, step, middle, side, plant, W->count, X);
-            step_across_port(W, X, side, full, out_u < 0, shared_terms(out_u, x, 0, side, &k),
+            step_across_port(W, X, side, full, !at_end.supplied, shared_terms(out_u, x, 0, side, &k),
                              p_port_before, &k, h, terms);
             for (int stage = 0; stage < 2; stage++) { /* rates of a stage that failed would stay in later sums */
                 memset(W->k[side][stage], 0, sizeof W->k[side][stage]);

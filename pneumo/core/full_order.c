@@ -29,6 +29,9 @@ void chamber_rate(double u, double x, double v, double P, double T, int side, co
     chamber_rates(sign * u, sign * x, sign * v, P, T, chamber_of(&plant->cylinder, side), plant, lane, rates);
 }
 
+/* Limited command of chamber B's own valve, or, on a valve that both chambers share, the negative of chamber A's. */
+INLINE double own_command_of_B(double u, const double *u_B, double u_max) { return u_B ? limited(*u_B, u_max) : -u; }
+
 /* Eq (3), and eqs (4) and (5) for both chambers. */
 INLINE void full_order_rates(const double *y, int stage, const void *context, double *dy) {
     const Driven *d = context;
@@ -39,7 +42,8 @@ INLINE void full_order_rates(const double *y, int stage, const void *context, do
     double u = limited(command(d->reference, y[0], d->drive), plant->valve.u_max);
     motion(y[0], y[1], acceleration(y[1], y[2], y[4], d->force, c), c, dy, dy + 1);
     chamber_rates(u, y[0], y[1], y[2], y[3], chamber_of(c, 0), plant, &lane, dy + 2);
-    chamber_rates(-u, -y[0], -y[1], y[4], y[5], chamber_of(c, 1), plant, &lane, dy + 4);
+    double u_B = own_command_of_B(u, d->u_B, plant->valve.u_max);
+    chamber_rates(u_B, -y[0], -y[1], y[4], y[5], chamber_of(c, 1), plant, &lane, dy + 4);
 }
 
 /* Advance the state y by one step; the stage states and the state before the stops go into Y, 7 rows of 6. */
@@ -73,7 +77,7 @@ static double reversed_at(double x, double reference, double *sign, const Drive 
     return -reference;
 }
 
-void run(const double *y_0, double *reference, int64_t steps, double force, const Drive *of_drive,
+void run(const double *y_0, double *reference, const double *u_B, int64_t steps, double force, const Drive *of_drive,
          const Plant *of_plant, double h, int most_halvings, double *states, int8_t *halvings) {
     const Plant here = *of_plant, *plant = &here; /* that the compiler sees what does not change */
     const Drive as_given = *of_drive, *drive = &as_given;
@@ -83,7 +87,7 @@ void run(const double *y_0, double *reference, int64_t steps, double force, cons
         const double *before = states + 6 * k;
         double *after = states + 6 * (k + 1);
         reference[k] = reversed_at(before[0], reference[k], &sign, drive);
-        const Driven driven = {reference[k], force, drive, plant};
+        const Driven driven = {reference[k], force, drive, plant, u_B ? u_B + k : NULL};
         for (int n = 0;; n++) {
             int parts = 1 << n;
             double largest = 0;
@@ -103,6 +107,39 @@ void command_series(const double *states, const double *reference, int64_t count
     for (int64_t k = 0; k < count; k++) u[k] = command(reference[k], states[6 * k], drive);
 }
 
+/* Mass from the supply into both chambers in each step. Near a port's pressure the flow jumps from stage to stage, so
+   only the flow through the narrower path is taken from both ends of the step: the rest is the chamber's content. */
+void supplied_mass(const double *states, const double *u, const double *u_B, int64_t steps, const Plant *plant, double h,
+                   double *m) {
+    const Valve *valve = &plant->valve;
+    const Paths *paths = &valve->paths;
+    const Conditions *c = &plant->conditions;
+    for (int64_t k = 0; k < steps; k++) {
+        const double now = limited(u[k], valve->u_max), of_B = own_command_of_B(now, u_B ? u_B + k : NULL, valve->u_max);
+        m[k] = 0;
+        for (int side = 0; side < 2; side++) {
+            const double own = side == 0 ? now : of_B, sign = sign_of(side);
+            const Chamber chamber = chamber_of(&plant->cylinder, side);
+            double area[2] = {own > 0 ? valve->k_xu * own : 0, own < 0 ? -valve->k_xu * valve->exhaust * own : 0};
+            if (paths->knots > 0) {
+                area[0] = valve->k_xu * opening_at(own, paths->u, paths->supply[side], paths->knots);
+                area[1] = valve->k_xu * opening_at(own, paths->u, paths->exhaust[side], paths->knots);
+            }
+            const int narrow = area[1] <= area[0];
+            for (int end = 0; end < 2; end++) {
+                const double *y = states + 6 * (k + end), P = y[2 + 2 * side], T = y[3 + 2 * side];
+                const double content = P * volume(sign * y[0], chamber, &plant->cylinder) / (plant->gas.R * T);
+                double m_in, m_out;
+                Gas gas = plant->gas;
+                if (paths->b[side][narrow] > 0) gas.critical_ratio = paths->b[side][narrow];
+                port_flows(area[narrow] + valve->leak, narrow ? c->P_atm : c->P_s, P, T, valve, &gas, c, &m_in, &m_out);
+                const double flow = (m_in - m_out) * h / 2;
+                m[k] += narrow == 0 ? flow : (end == 0 ? -content : content) - flow;
+            }
+        }
+    }
+}
+
 /* Where a stage at the end reads the next sample, half a step would read it for half the time; such a step is halved
    only where it fails. */
 double replay_tolerance(const Sampling *sampling) { return sampling->next_at_end ? DBL_MAX : STEP_TOLERANCE; }
@@ -120,44 +157,48 @@ static double held_at(const double *series, int64_t width, int64_t sample, doubl
     return series[width * (k * every)];
 }
 
-/* Limited u, x and v at the six stages of a part of step k, and at its end. The parts of a step must be asked for in
+/* Limited u of chamber A, x, v and own u of chamber B at the six stages of a part of step k, and at its end. The parts of a step must be asked for in
    order: with exact sampling the full order is integrated again, and y keeps its states. */
 void stage_inputs(const Recording *r, const Sampling *sampling, int64_t k, int part, int parts, double *y,
-                  double inputs[7][3]) {
+                  double inputs[7][4]) {
     double u_max = r->plant.valve.u_max;
     if (sampling->exact) {
         double Y[42], K[42];
-        const Driven driven = {r->reference[k], 0, &r->drive, &r->plant};
+        const Driven driven = {r->reference[k], 0, &r->drive, &r->plant, r->u_B ? r->u_B + k : NULL};
         if (part == 0) memcpy(y, r->states + 6 * k, 6 * sizeof *y);
         full_order_step(y, &driven, r->h / parts, Y, K);
         for (int i = 0; i <= STAGES; i++) {
             inputs[i][0] = limited(command(driven.reference, Y[6 * i], &r->drive), u_max);
             inputs[i][1] = Y[6 * i];
             inputs[i][2] = Y[6 * i + 1];
+            inputs[i][3] = own_command_of_B(inputs[i][0], driven.u_B, u_max);
         }
         return;
     }
-    const double *series[3] = {r->u, r->states, r->states + 1};
-    const int64_t width[3] = {1, 6, 6}, every = sampling->every, last = r->steps / every;
+    const double *series[4] = {r->u, r->states, r->states + 1, r->u_B};
+    const int64_t width[4] = {1, 6, 6, 1}, every = sampling->every, last = r->steps / every;
     for (int i = 0; i <= STAGES; i++) {
         double fraction = (part + C[i]) / parts;
         int64_t sample = (sampling->next_at_end && fraction == 1 ? k + 1 : k) / every;
-        for (int s = 0; s < 3; s++) {
+        for (int s = 0; s < 4; s++) {
+            if (!series[s]) continue;
+            const double delay = sampling->delay[s % 3]; /* that of u for both commands */
             if (i > 0 && sampling->held && !(sampling->next_at_end && C[i] == 1)) inputs[i][s] = inputs[0][s];
             else if (sampling->held)
-                inputs[i][s] = held_at(series[s], width[s], sample, sampling->delay[s], every, last);
+                inputs[i][s] = held_at(series[s], width[s], sample, delay, every, last);
             else {
-                double position = ((double)k + fraction) / (double)every - sampling->delay[s];
+                double position = ((double)k + fraction) / (double)every - delay;
                 inputs[i][s] = line_between(series[s], width[s], position, every, last);
             }
         }
         if (i == 0 || !sampling->held || (sampling->next_at_end && C[i] == 1)) inputs[i][0] = limited(inputs[i][0], u_max);
+        inputs[i][3] = own_command_of_B(inputs[i][0], r->u_B ? &inputs[i][3] : NULL, u_max);
     }
 }
 
-/* The same for all parts of step k, halved as often as said: (part, 7, 3). */
+/* The same for all parts of step k, halved as often as said: (part, 7, 4). */
 void stage_signals(const Recording *recording, const Sampling *sampling, int64_t k, int halvings, double *inputs) {
     double y[6];
     for (int part = 0; part < 1 << halvings; part++)
-        stage_inputs(recording, sampling, k, part, 1 << halvings, y, (double(*)[3])(inputs + 21 * part));
+        stage_inputs(recording, sampling, k, part, 1 << halvings, y, (double(*)[4])(inputs + 28 * part));
 }

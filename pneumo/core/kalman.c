@@ -58,7 +58,7 @@ static void derivatives(const double *y, double u, const Filter *f, Matrix D, do
         const Chamber chamber = chamber_of(c, side);
         double T = y[t], by_x[2], by_v[2], by_P[2], by_T[2], by_k[2], m_in, m_out;
         if (lane.full == 0) T = temperature(P, P_0, T_0, lane.a);
-        chamber_flows(own_u, P, T, plant, &m_in, &m_out); /* they do not depend on x and v */
+        chamber_flows(own_u, P, T, side, plant, &m_in, &m_out); /* they do not depend on x and v */
         rates_with_flows(m_in, m_out, x + dx, v, P, T, chamber, plant, &lane, by_x);
         rates_with_flows(m_in, m_out, x, v + DV, P, T, chamber, plant, &lane, by_v);
         chamber_rates(own_u, x, v, P + dP, T, chamber, plant, &lane, by_P);

@@ -6,7 +6,7 @@
 #include "rates.h"
 
 /* Terms of the pressure rate at one stage that are the same for all lanes of a chamber. */
-typedef struct { double p_port, ln_port, inward, outward, compression, wall, wall_A; } Shared;
+typedef struct { double p_port, ln_port, inward, outward, compression, wall, wall_A; bool supplied; } Shared;
 
 /* What does not change during a replay. */
 typedef struct {
@@ -28,11 +28,19 @@ INLINE Shared shared_terms(double u, double x, double v, int side, const Constan
     double inverse_V = 1 / volume(x, chamber, &plant->cylinder);
     double throat = plant->gas.R * plant->valve.k_xu * fabs(u) * inverse_V; /* (2) */
     if (u < 0) throat *= plant->valve.exhaust;
-    double p_port = (u >= 0 ? c->P_s : c->P_atm) / c->P_0;
+    bool supplied = u >= 0;
+    if (plant->valve.paths.knots > 0) { /* with one critical ratio, and never both paths open */
+        const Paths *paths = &plant->valve.paths;
+        double opening = opening_at(u, paths->u, paths->supply[side], paths->knots);
+        supplied = opening > 0;
+        if (!supplied) opening = opening_at(u, paths->u, paths->exhaust[side], paths->knots);
+        throat = plant->gas.R * plant->valve.k_xu * opening * inverse_V;
+    }
+    double p_port = (supplied ? c->P_s : c->P_atm) / c->P_0;
     double wall = (plant->gas.gamma - 1) * plant->k_0 / c->P_0 * inverse_V;
-    return (Shared){p_port, u >= 0 ? k->ln_s : k->ln_atm, throat * (p_port * k->root_T_in), -throat,
+    return (Shared){p_port, supplied ? k->ln_s : k->ln_atm, throat * (p_port * k->root_T_in), -throat,
                     -chamber.area * v * inverse_V, wall,
-                    wall * (heat_area(x, &plant->cylinder) * k->inverse_heat_area)};
+                    wall * (heat_area(x, &plant->cylinder) * k->inverse_heat_area), supplied};
 }
 
 /* Write the rate of every lane's pressure, P_0 per second. W->p holds the pressures, W->root_T the roots of T / T_0

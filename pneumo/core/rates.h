@@ -4,10 +4,10 @@
 #define PNEUMO_RATES_H
 #include "maths.h"
 
-typedef struct { double area, V_d; } Chamber;
+typedef struct { double area, V_d; int side; } Chamber;
 
 INLINE Chamber chamber_of(const Cylinder *c, int side) {
-    return side == 0 ? (Chamber){c->A_A, c->V_d_A} : (Chamber){c->A_B, c->V_d_B};
+    return side == 0 ? (Chamber){c->A_A, c->V_d_A, 0} : (Chamber){c->A_B, c->V_d_B, 1};
 }
 INLINE double sign_of(int side) { return side == 0 ? 1.0 : -1.0; }
 INLINE double volume(double x, Chamber chamber, const Cylinder *c) {
@@ -54,9 +54,40 @@ INLINE void port_flows(double A_t, double P_port, double P, double T, const Valv
     }
 }
 
-INLINE void chamber_flows(double u, double P, double T, const Plant *plant, double *m_in, double *m_out) {
+/* Opening at a chamber's own command: linear between knots, and that of the last knot beyond. */
+INLINE double opening_at(double u, const double *knots, const double *openings, int64_t count) {
+    if (!(u > knots[0])) return openings[0];
+    for (int64_t i = 1; i < count; i++)
+        if (u <= knots[i])
+            return openings[i - 1] + (u - knots[i - 1]) / (knots[i] - knots[i - 1]) * (openings[i] - openings[i - 1]);
+    return openings[count - 1];
+}
+
+/* Flows of a valve whose paths have openings and critical ratios of their own, through both ports. */
+INLINE void path_flows(double u, double P, double T, int side, const Plant *plant, double *m_in, double *m_out) {
+    const Paths *paths = &plant->valve.paths;
+    *m_in = *m_out = 0;
+    for (int port = 0; port < 2; port++) {
+        const double *openings = port == 0 ? paths->supply[side] : paths->exhaust[side];
+        double opening = opening_at(u, paths->u, openings, paths->knots), inward, outward;
+        double area = plant->valve.k_xu * opening + plant->valve.leak;
+        if (!(area > 0)) continue;
+        Gas gas = plant->gas;
+        if (paths->b[side][port] > 0) gas.critical_ratio = paths->b[side][port];
+        const double P_port = port == 0 ? plant->conditions.P_s : plant->conditions.P_atm;
+        port_flows(area, P_port, P, T, &plant->valve, &gas, &plant->conditions, &inward, &outward);
+        *m_in += inward;
+        *m_out += outward;
+    }
+}
+
+INLINE void chamber_flows(double u, double P, double T, int side, const Plant *plant, double *m_in, double *m_out) {
     const Valve *valve = &plant->valve;
     const Conditions *c = &plant->conditions;
+    if (valve->paths.knots > 0) {
+        path_flows(u, P, T, side, plant, m_in, m_out);
+        return;
+    }
     double A_t = valve->k_xu * fabs(u), P_port = c->P_s, P_other = c->P_atm; /* (2) */
     if (!(u >= 0)) {
         P_port = c->P_atm;
@@ -118,7 +149,7 @@ INLINE void chamber_rates(double u, double x, double v, double P, double T, Cham
                           const Lane *lane, double *rates) {
     double m_in, m_out;
     if (lane->full == 0) T = temperature(P, plant->conditions.P_0, plant->conditions.T_0, lane->a);
-    chamber_flows(u, P, T, plant, &m_in, &m_out);
+    chamber_flows(u, P, T, chamber.side, plant, &m_in, &m_out);
     rates_with_flows(m_in, m_out, x, v, P, T, chamber, plant, lane, rates);
 }
 
@@ -205,8 +236,8 @@ INLINE void embedded_error(Rates rates, const void *context, const double *y_nex
 }
 
 /* full_order.c */
-typedef struct { double reference, force; const Drive *drive; const Plant *plant; } Driven;
+typedef struct { double reference, force; const Drive *drive; const Plant *plant; const double *u_B; } Driven;
 void stage_inputs(const Recording *recording, const Sampling *sampling, int64_t k, int part, int parts, double *y,
-                  double inputs[7][3]);
+                  double inputs[7][4]);
 double replay_tolerance(const Sampling *sampling);
 #endif

@@ -37,7 +37,7 @@ void start_lanes(Lanes *W, const Lane *lanes, int64_t count, const Plant *plant)
 }
 
 /* Advance both chambers of every lane by one step; NaN where a pressure is not positive. */
-INLINE void advance(Lanes *W, double inputs[7][3], double h, const Constants *k, int terms) {
+INLINE void advance(Lanes *W, double inputs[7][4], double h, const Constants *k, int terms) {
     const int64_t n = W->count;
     int first = W->fresh && memcmp(W->inputs, inputs[0], sizeof W->inputs) == 0;
     for (int side = 0; first && side < 2; side++) memcpy(W->k[side][0], W->k[side][6], sizeof W->k[side][0]);
@@ -53,7 +53,7 @@ INLINE void advance(Lanes *W, double inputs[7][3], double h, const Constants *k,
                 for (int64_t i = 0; i < n; i++)
                     p[i] = now[i] + ((a_0 * K[0][i] + a_1 * K[1][i] + a_2 * K[2][i]) + a_3 * K[3][i] + a_4 * K[4][i]);
             double sign = sign_of(side);
-            Shared sh = shared_terms(sign * inputs[j][0], sign * inputs[j][1], sign * inputs[j][2], side, k);
+            Shared sh = shared_terms(side ? inputs[j][3] : inputs[j][0], sign * inputs[j][1], sign * inputs[j][2], side, k);
             write_rates(W, K[j], sh, k, terms);
         }
     for (int side = 0; side < 2; side++) {
@@ -69,12 +69,12 @@ INLINE void advance(Lanes *W, double inputs[7][3], double h, const Constants *k,
 }
 
 /* Raise `largest` to the estimated error of the last step over P_0; infinite where it failed. */
-INLINE void estimate_errors(Lanes *W, double inputs[7][3], double h, const Constants *k, int terms) {
+INLINE void estimate_errors(Lanes *W, double inputs[7][4], double h, const Constants *k, int terms) {
     const int64_t n = W->count;
     for (int side = 0; side < 2; side++) {
         double(*restrict K)[ROW] = W->k[side], *restrict largest = W->largest[side], sign = sign_of(side);
         memcpy(W->p, W->now[side], sizeof W->p);
-        Shared sh = shared_terms(sign * inputs[6][0], sign * inputs[6][1], sign * inputs[6][2], side, k);
+        Shared sh = shared_terms(side ? inputs[6][3] : inputs[6][0], sign * inputs[6][1], sign * inputs[6][2], side, k);
         write_rates(W, K[6], sh, k, terms);
         for (int64_t i = 0; i < n; i++) {
             double early = E[0] * K[0][i] + E[2] * K[2][i] + E[3] * K[3][i];
@@ -106,7 +106,7 @@ INLINE void replay_steps(const Recording *r, const Sampling *sampling, int64_t f
     const double P_0 = r->plant.conditions.P_0, tolerance = replay_tolerance(sampling);
     const int most = r->most_halvings;
     const int64_t n = W->count;
-    double y[6], inputs[7][3];
+    double y[6], inputs[7][4];
     for (int64_t step = first; step < end; step++) {
         int halvings = sampling->exact ? r->halvings[step] : 0, begun = halvings;
         if (most > 0)
@@ -157,7 +157,7 @@ CLONES void replay_lanes(const Recording *r, const Sampling *sampling, int64_t f
 }
 
 typedef struct {
-    double (*inputs)[3], sign;
+    double (*inputs)[4], sign;
     Chamber chamber;
     const Plant *plant;
     const Lane *lane;
@@ -165,7 +165,7 @@ typedef struct {
 
 INLINE void lane_rates(const double *y, int stage, const void *context, double *dy) {
     const Replayed *c = context;
-    double u = c->sign * c->inputs[stage][0], x = c->sign * c->inputs[stage][1], v = c->sign * c->inputs[stage][2];
+    double u = c->inputs[stage][c->chamber.side ? 3 : 0], x = c->sign * c->inputs[stage][1], v = c->sign * c->inputs[stage][2];
     chamber_rates(u, x, v, y[0], y[1], c->chamber, c->plant, c->lane, dy);
 }
 
@@ -189,10 +189,10 @@ static double lane_step(double *y, const Replayed *context, double h, bool estim
 
 /* Advance one lane over step k from y; `once` are the inputs of a step that is not halved. */
 static void lane_over_step(const Recording *r, const Sampling *sampling, int64_t k, const Replayed *of, double *y,
-                           double once[7][3]) {
+                           double once[7][4]) {
     const double before[2] = {y[0], y[1]}, tolerance = replay_tolerance(sampling);
     const int most = r->most_halvings;
-    double states[6], inputs[7][3];
+    double states[6], inputs[7][4];
     Replayed context = *of;
     for (int halvings = sampling->exact ? r->halvings[k] : 0;; halvings++) {
         const int parts = 1 << halvings;
@@ -214,7 +214,7 @@ static void lane_over_step(const Recording *r, const Sampling *sampling, int64_t
 void replay_scalar(const Recording *r, const Sampling *sampling, const Lane *lanes, int64_t count, int64_t stride,
                    double *y, double *moments, int64_t *failure, double *pressure) {
     const int64_t stored = r->steps / stride + 1;
-    double states[6], once[7][3];
+    double states[6], once[7][4];
     memset(moments, 0, (size_t)count * 4 * sizeof *moments);
     for (int64_t i = 0; i < 2 * count; i++) {
         failure[i] = -1;

@@ -109,6 +109,8 @@ def system(
     """A `System` from a model's row or name, or "full" for the full order; errors as in `model_and_index`."""
     if isinstance(model, str) and model not in (*MODELS, FULL_ORDER):
         raise InputError(f"model {model!r}: no such model; there are {', '.join(MODELS)} and {FULL_ORDER}")
+    if valve and plant.valve.paths.knots:
+        raise InputError("valve: a curve, exhaust_b or valve_B is not in exports and linear models yet")
     row, n = (None, 1.0) if model == FULL_ORDER else model_and_index(model, n)
     return System(row, n, plant, valve, piston, dynamics)
 

@@ -375,6 +375,11 @@ def fit(
     does not model.
     """
     valve = problem.plant.valve
+    if problem.signals.flow is None and not valve.paths.one_at_a_time:
+        raise InputError(
+            "valve: in a fit a chamber has one path open at a time, and all paths one b: leave out exhaust_b"
+            " and commands at which a curve opens both"
+        )
     if problem.signals.flow is None and (valve.leak or valve.laminar):
         raise InputError(
             f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"

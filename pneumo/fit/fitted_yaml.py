@@ -19,6 +19,7 @@ SUFFIX = "-fitted"
 # Section and key by parameter.
 KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
 DYNAMICS = "cylinders.valve_dynamics"
+CURVE = "cylinders.valve.curve"
 ALIKE = 1e-9  # of rounding, below which two numbers are equal
 MOST_WITHIN = {  # that a configuration may say
     "k_0_factor": MOST_K_0_FACTOR,
@@ -152,8 +153,14 @@ def _put_values(
             continue
         if name == "k_xu" and "valve" in section:
             path, key = "cylinders.valve", "C_dm3_per_sbar"
-            interval = interval.scaled(section["valve"][key] / plant.valve.k_xu)
-            note = f"C = {_text(interval)} dm3/(s bar) at u_max_V"
+            if curve := section["valve"].get("curve"):
+                scale, path = interval.value / plant.valve.k_xu, CURVE
+                for column in curve.keys() - {"u_V"}:
+                    curve[column] = [_rounded(scale * C) for C in curve[column]]
+                note = f"conductances of the curve times {_text(interval.scaled(1 / plant.valve.k_xu))}"
+            else:
+                interval = interval.scaled(section["valve"][key] / plant.valve.k_xu)
+                note = f"C = {_text(interval)} dm3/(s bar) at u_max_V"
         notes.append(note)
         # No valve acts before its command: less than a sample is the clock's.
         early = name == "dead_time" and -period < interval.value < 0
@@ -161,7 +168,7 @@ def _put_values(
             dynamics.pop(key, None)
         elif (target := sections.get(path)) is not None:
             target[key] = _rounded(interval.value)
-        elif path != "experiments":
+        elif path not in ("experiments", CURVE):
             without.append(QUANTITIES[name].heading)
     if dynamics:
         section["valve_dynamics"] = dynamics

@@ -48,6 +48,7 @@ class Chamber(NamedTuple):
 
     area: float  #: of the piston, m^2
     V_d: float  #: dead volume, m^3
+    side: int = 0  #: index of the chamber
 
 
 def sign_of(side: int) -> float:
@@ -57,7 +58,8 @@ def sign_of(side: int) -> float:
 
 def chamber_of(cylinder: Cylinder, side: int) -> Chamber:
     """Geometry of the chamber on a `Side`; compiled code passes the index, 0 or 1, instead."""
-    return Chamber(cylinder.A_A, cylinder.V_d_A) if side == 0 else Chamber(cylinder.A_B, cylinder.V_d_B)
+    ends = (cylinder.A_A, cylinder.V_d_A), (cylinder.A_B, cylinder.V_d_B)
+    return Chamber(*ends[side], side)
 
 
 def volume(x: Real, chamber: Chamber, cylinder: Cylinder) -> Real:

@@ -3,6 +3,7 @@
 Functions take floats; `mass_flow` and `choked_flow` also take quantities with units.
 """
 
+from collections.abc import Iterator
 from decimal import Decimal
 from typing import NamedTuple, TypeVar
 
@@ -24,6 +25,41 @@ class Gas(NamedTuple):
     elliptic: bool = False
 
 
+class Paths(NamedTuple):
+    """Openings of a valve's paths as a table over the command, and their critical ratios.
+
+    An opening is the area over `Valve.k_xu`, V.
+
+    A chamber's own command is positive where it connects the chamber to the supply: u for chamber A and -u
+    for chamber B where they share a valve. Between knots an opening is linear; beyond the ends it stays.
+    """
+
+    knots: int = 0  #: their number; 0: each opening is the command
+    u: tuple[float, ...] = ()  #: own commands of the knots, V, increasing
+    supply: tuple[tuple[float, ...], ...] = ()  #: opening from the supply by (chamber, knot), V
+    exhaust: tuple[tuple[float, ...], ...] = ()  #: opening to the atmosphere, likewise
+    b: tuple[
+        tuple[float, ...], ...
+    ] = ()  #: critical ratio by (chamber, path), supply first; empty: that of the gas
+
+    def openings(self, u: float, side: int) -> tuple[float, float]:
+        """Openings from the supply and to the atmosphere, V, at a chamber's own command, V."""
+        supply, exhaust = (float(np.interp(u, self.u, of[side])) for of in (self.supply, self.exhaust))
+        return supply, exhaust
+
+    @property
+    def one_at_a_time(self) -> bool:
+        """Whether a chamber has never both paths open, and every path has the critical ratio of the gas."""
+        pairs = zip(self.supply, self.exhaust, strict=True)
+        both = any(supply[i] and exhaust[j] for supply, exhaust in pairs for i, j in _neighbours(self.knots))
+        return not both and not self.b
+
+
+def _neighbours(count: int) -> Iterator[tuple[int, int]]:
+    """Pairs of knots between which both paths are open if one is open at the first, one at the second."""
+    return ((i, j) for i in range(count) for j in (i - 1, i, i + 1) if 0 <= j < count)
+
+
 class Valve(NamedTuple):
     """Servo-valve, section 2.1; matched and symmetric restrictions by default."""
 
@@ -35,6 +71,7 @@ class Valve(NamedTuple):
     leak: float = 0.0  #: area that stays open between a chamber and either of supply and atmosphere, m^2
     #: Whether leak in and leak out cancel before they cross the port, so that only the rest carries heat.
     net_leak: bool = False
+    paths: Paths = Paths()  #: openings that are not the command, or differ between paths
 
 
 class Conditions(NamedTuple):
@@ -126,8 +163,24 @@ def port_flows(
     return 0.0, mass_flow(A_t, P, P_port, T, gas)
 
 
+def _path_flows(
+    u: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions, side: int
+) -> tuple[float, float]:
+    """Mass flows into and out of a chamber, kg/s, through paths with areas and ratios of their own."""
+    m_in, m_out = 0.0, 0.0
+    ports = conditions.P_s, conditions.P_atm
+    ratios = valve.paths.b[side] if valve.paths.b else (gas.critical_ratio,) * 2
+    for P_port, opening, b in zip(ports, valve.paths.openings(u, side), ratios, strict=True):
+        area = valve.k_xu * opening + valve.leak
+        if area > 0:
+            its_gas = gas._replace(critical_ratio=b)
+            flows = port_flows(area, P_port, P, T, valve, its_gas, conditions)
+            m_in, m_out = m_in + flows[0], m_out + flows[1]
+    return m_in, m_out
+
+
 def chamber_flows(
-    u: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions
+    u: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions, side: int = 0
 ) -> tuple[float, float]:
     """Mass flows into and out of one chamber, kg/s, through the restriction that eq (2) opens.
 
@@ -139,6 +192,8 @@ def chamber_flows(
     chamber A, its negative for chamber B. Both flows are non-negative; at most one of them is positive,
     except where the valve leaks without `Valve.net_leak`.
     """
+    if valve.paths.knots:
+        return _path_flows(u, P, T, valve, gas, conditions, side)
     A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
     if u >= 0:
         P_port, P_other = conditions.P_s, conditions.P_atm

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from pneumo.catalogue import coefficient_times_length
+from pneumo.catalogue import GROWTH, coefficient_times_length, measured_bores
 from pneumo.configuration import plausible_cylinders as plausible
+from pneumo.configuration.conductance import CONVERSIONS, USUAL_B
 from pneumo.configuration.parameters import DEAD_FRACTION, load, sonic_conductance, study
 from pneumo.configuration.schema_messages import BOUNDS, allowed, dotted, schema_at
 from pneumo.export.live import assembled, module
@@ -86,6 +87,7 @@ def _layout() -> dict[str, Any]:
     rows = [RobustModel(name, np.nan, (0.0, 0.0, 0.0)) for name in (*MODELS, FULL_ORDER)]
     by_cost = sorted(rows, key=row_cost)
     product, factor = coefficient_times_length()
+    smallest, largest = measured_bores()
     template, unset = _marked(TEMPLATE.read_text(encoding="utf-8"))
     return {
         "fields": fields,
@@ -95,7 +97,15 @@ def _layout() -> dict[str, Any]:
         * plant.valve.u_max
         / sonic_conductance(plant.valve, plant.gas),
         "dead_fraction": DEAD_FRACTION,
-        "catalogue": {"product": product, "factor": factor},
+        "catalogue": {
+            "product": product,
+            "factor": factor,
+            "smallest": smallest,
+            "largest": largest,
+            "growth": GROWTH,
+        },
+        "usual_b": USUAL_B,
+        "flows": ", ".join([*CONVERSIONS][1:]),
         "reverse_at": content["cylinders"]["mine"]["open_loop"]["reverse_at"],
         "h": experiments[0].h,
         "steps": experiments[0].steps,

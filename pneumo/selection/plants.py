@@ -2,14 +2,15 @@
 
 from math import isfinite
 
-from pneumo.catalogue import default_conductance, measured_cylinders
+from pneumo.catalogue import default_conductance, measured_bores, measured_cylinders
 from pneumo.configuration.experiment import Plant, Study
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas, mass_flow
+from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas, mass_flow, sonic_coefficient
 
 AIR = exact_gas(287.0, 1.4)
+OTHER_GAS = 0.005  # relative difference of a gas's choked flow from that of air that is told
 WEAK = 0.01  # fraction of the valve's full opening below which a signal hardly moves a piston
 
 
@@ -91,9 +92,21 @@ def study_notes(study: Study) -> list[str]:
         flow = mass_flow(p.valve.k_xu * p.valve.u_max, s.P_s, s.P_0, s.T_in, p.gas)
         speed = flow * p.gas.R * s.T_0 / (s.P_0 * c.A_A)  # of a chamber at rest pressure that takes it all
         notes.append(f"{name}: {size}: at most {force:.3g} N and, with its valve, about {speed:.3g} m/s")
+        ratio = sonic_coefficient(p.gas.R, p.gas.gamma) / AIR.sonic_coefficient
+        if p.gas.elliptic and abs(ratio - 1) > OTHER_GAS:
+            notes.append(
+                f"{name}: the valve keeps the area that its C, measured with air, gives: the choked mass flow"
+                f" of this gas is {ratio:.3g} times that of air"
+            )
         if p.k_0 == default.k_0:
             interval = f"95 % interval {default.k_0_low:.2g} to {default.k_0_high:.2g} W/K"
             origin = f"estimated from {measured_cylinders()}; {interval}"
+            smallest, largest = measured_bores()
+            if not smallest <= c.bore <= largest:
+                defaults.append(
+                    f"warning: {name}: a bore of {1e3 * c.bore:g} mm is outside those measured,"
+                    f" {1e3 * smallest:g} to {1e3 * largest:g} mm: its k_0 is an extrapolation"
+                )
             defaults.append(
                 f"{name}: k_0 = {default.k_0:.2g} W/K, {origin}; measure it with `pneumo fit --closed A`"
             )

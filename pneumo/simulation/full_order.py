@@ -41,12 +41,15 @@ def run(
     plant: Plant,
     h: float,
     most_halvings: int = 0,
+    u_B: np.ndarray | None = None,
 ) -> Run:
     """Integrate the full-order system by steps of h s of Dormand and Prince's method.
 
     It starts from the state y_0 and follows the reference of every step, shape (steps + 1,), m in closed loop
     or V in open loop, under an external force on the piston, N. A step that fails or whose estimated error
     exceeds 1e-4 of stroke, P_0 or T_0 is repeated in two parts, then in four, up to 2**most_halvings parts.
+    `u_B`, of the same shape, is the command of chamber B's own valve, V, positive where it connects B to the
+    supply; None: the chambers share a valve.
 
     Raises
     ------
@@ -63,6 +66,7 @@ def run(
     core.lib.run(
         core.array("y_0", y_0, (6,)),
         core.out(reference),
+        core.ffi.NULL if u_B is None else core.array("u_B", u_B, (steps + 1,)),
         steps,
         force,
         core.struct("Drive", drive),
@@ -107,6 +111,7 @@ class Recording(NamedTuple):
     h: float  # step, s
     halvings: np.ndarray  # how often the run halved each step, shape (steps,)
     most_halvings: int  # that a replay may make of a step
+    u_B: np.ndarray | None = None  # command of chamber B's own valve, V; None: the chambers share one
 
 
 def command_series(states: np.ndarray, reference: np.ndarray, drive: Drive) -> np.ndarray:
@@ -139,10 +144,11 @@ def core_recording(recording: Recording) -> Any:
         core.array("reference", recording.reference, (steps + 1,)),
         core.array("u", recording.u, (steps + 1,)),
         core.array("halvings", halvings, (steps,), np.int8),
+        core.ffi.NULL if recording.u_B is None else core.array("u_B", recording.u_B, (steps + 1,)),
     )
     most = core.whole("most_halvings", recording.most_halvings, 0, MOST_HALVINGS)
-    states, reference, u, halvings = arrays
-    values = states, reference, u, recording.drive, recording.plant, recording.h, halvings, most, steps
+    states, reference, u, halvings, u_B = arrays
+    values = states, reference, u, u_B, recording.drive, recording.plant, recording.h, halvings, most, steps
     return core.keep(core.struct("Recording", values), arrays)
 
 
@@ -155,16 +161,33 @@ def core_sampling(sampling: Sampling) -> Any:
 
 
 def stage_signals(recording: Recording, sampling: Sampling, k: int, halvings: int = 0) -> np.ndarray:
-    """Limited u, x and v that step k of a replay reads at its six stages and at its end: shape (part, 7, 3).
+    """Limited u, x, v and chamber B's own u that step k of a replay reads: shape (part, 7, 4).
 
-    The step is divided into 2**halvings equal parts. With exact sampling the full-order states are
-    integrated again; otherwise the command is limited after it was read.
+    They are those at its six stages and at its end. The step is divided into 2**halvings equal parts. With
+    exact sampling the full-order states are integrated again; otherwise the command is limited after it was
+    read.
     """
-    inputs = np.empty((1 << core.whole("halvings", halvings, 0, MOST_HALVINGS), STAGES + 1, 3))
+    inputs = np.empty((1 << core.whole("halvings", halvings, 0, MOST_HALVINGS), STAGES + 1, 4))
     core.whole("k", k, 0, len(recording.states) - 2)
     struct, rule = core_recording(recording), core_sampling(sampling)
     core.lib.stage_signals(struct, rule, k, halvings, core.out(inputs))
     return inputs
+
+
+def supplied_mass(recording: Recording) -> np.ndarray:
+    """Mass that flows from the supply into both chambers in each step, kg: shape (steps,)."""
+    steps = len(recording.states) - 1
+    m = np.empty(steps)
+    core.lib.supplied_mass(
+        core.array("states", recording.states, (steps + 1, 6)),
+        core.array("u", recording.u, (steps + 1,)),
+        core.ffi.NULL if recording.u_B is None else core.array("u_B", recording.u_B, (steps + 1,)),
+        steps,
+        core.struct("Plant", recording.plant),
+        recording.h,
+        core.out(m),
+    )
+    return m
 
 
 def recorded(experiment: Experiment, draws: np.ndarray) -> Recording:

@@ -48,7 +48,7 @@ def chamber_rates(
     lane = lane or full_order_lane(gas.gamma)
     T = T if lane.full else temperature(P, c.P_0, c.T_0, lane.a)
     V, dV_dt = volume(x, chamber, plant.cylinder), chamber.area * v
-    m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, c)
+    m_in, m_out = chamber_flows(u, P, T, plant.valve, gas, c, chamber.side)
     area_ratio = heat_area(x, plant.cylinder) / heat_area(0.0, plant.cylinder)
     state, surroundings = (P, T, V, dV_dt, m_in, m_out), (c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, gas.gamma)
     dP = model_dP_dt(*state, area_ratio, plant.k_0, *surroundings, lane)
@@ -110,11 +110,12 @@ def replay_lane(recording: Recording, lane: Lane, sampling: Sampling, side: Side
     pressure[0] = y[0]
     for k in range(len(recording.states) - 1):
         halvings = int(recording.halvings[k]) if sampling.exact else 0
-        for inputs in sign * stage_signals(recording, sampling, k, halvings):
+        for inputs in stage_signals(recording, sampling, k, halvings):
 
             def rates(y: np.ndarray, i: int, inputs: np.ndarray = inputs) -> np.ndarray:
-                u, x, v = inputs[i]
-                return np.array(chamber_rates(u, x, v, y[0], y[1], chamber, plant, lane))
+                u, x, v, u_B = inputs[i]
+                own = u if side == Side.A else u_B
+                return np.array(chamber_rates(own, sign * x, sign * v, y[0], y[1], chamber, plant, lane))
 
             y, _ = dormand_prince(rates, y, recording.h / 2**halvings)
         if not y[0] > 0:

@@ -54,7 +54,7 @@ def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: 
 
     result = replay_in_parts(recording, different, sampling, store, stride)
     if failure(recording.states)[0] == RAN:
-        pressure[..., 0] = first_states(recording, different)[..., 0]
+        pressure[..., 0] = first_states(recording, different, sampling)[..., 0]
     index = index.ravel()  # NumPy 2.0 gives it another axis
     return Replayed(*(values[index] for values in result._replace(pressure=pressure)))
 
@@ -109,12 +109,15 @@ def full_order_mse(recording: Recording, lanes: list[Lane], sampling: Sampling) 
     return replay_in_parts(recording, lane_array(lanes), sampling, lambda *_: None).mse
 
 
-def first_states(recording: Recording, lanes: np.ndarray) -> np.ndarray:
-    """First pressure and temperature of every lane: P_0 and T_0, or those of the run: (lane, chamber, 2)."""
+def first_states(recording: Recording, lanes: np.ndarray, sampling: Sampling) -> np.ndarray:
+    """First pressure and temperature of every lane, shape (lane, chamber, 2).
+
+    They are those of the run, but P_0 and T_0 for a reduced model that reads samples of it.
+    """
     c = recording.plant.conditions
     own = np.broadcast_to(recording.states[0, 2:].reshape(2, 2), (len(lanes), 2, 2))
     full = np.asarray(lanes)[:, Lane._fields.index("full")] != 0
-    return np.where(full[:, np.newaxis, np.newaxis], own, np.array([c.P_0, c.T_0]))
+    return np.where((full | sampling.exact)[:, np.newaxis, np.newaxis], own, np.array([c.P_0, c.T_0]))
 
 
 def replay_one_by_one(
@@ -125,7 +128,7 @@ def replay_one_by_one(
     count, samples = len(lanes), len(recording.states)
     moments, failed_at = np.empty((count, 2, 2)), np.empty((count, 2), np.int64)
     pressure = np.empty((count, 2, (samples - 1) // core.whole("stride", stride, 1) + 1))
-    y = first_states(recording, lanes).copy()
+    y = first_states(recording, lanes, sampling).copy()
     core.lib.replay_scalar(
         run, rule, rows, count, stride, *(core.out(a) for a in (y, moments, failed_at, pressure))
     )
@@ -161,10 +164,12 @@ def followed(lanes: np.ndarray, plant: Plant) -> np.ndarray:
     """Whether each lane can be replayed side by side with others, shape (lane,).
 
     It can where it is a reduced model whose wall heat follows one of `pneumo.physics.models.WALL_LAWS`, the
-    exponent a of eq (6) is 0 or above 0.002 in magnitude, and the valve has neither leak nor laminar flow.
+    exponent a of eq (6) is 0 or above 0.002 in magnitude, and the valve has no leak, no laminar flow, never
+    two open paths and one critical ratio.
     """
     _, error = flow_polynomial(plant.gas)
-    if error > FLOW_TOLERANCE or plant.valve.laminar or plant.valve.leak:
+    valve = plant.valve
+    if error > FLOW_TOLERANCE or valve.laminar or valve.leak or not valve.paths.one_at_a_time:
         return np.zeros(len(lanes), dtype=bool)
     _, _, _, a, _, _, wall_scale, e_A, e_PT, full = np.asarray(lanes, dtype=float).T
     law = (e_PT == 0) & ((e_A == 0) | (e_A == 1)) | (e_PT == 0.5) & (e_A == 1)
@@ -213,6 +218,8 @@ def replay_side_by_side(
     """
     samples, count, W = len(recording.states), len(lanes), LanesSideBySide.of(lanes, recording.plant)
     run, rule = core_recording(recording), core_sampling(sampling)
+    for side, P in enumerate(first_states(recording, lanes[:1], sampling)[0, :, 0]):
+        W.row(W.struct.now[side])[:] = P / recording.plant.conditions.P_0
     pressure = np.empty((min(BLOCK, samples - 1), 2, W.padded))
     for first in range(0, samples - 1, BLOCK):
         end = min(first + BLOCK, samples - 1)

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from pneumo.configuration.parameters import load, study
+from pneumo.runs import simulate
 from pneumo.selection.plants import configured_plant
-from pneumo.selection.runs import simulate
 
 
 def test_show_says_which_columns_look_swapped_and_how_they_were_read(inside, tmp_path):

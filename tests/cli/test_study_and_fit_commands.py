@@ -11,8 +11,8 @@ from checkout import ROOT
 
 from pneumo.configuration.parameters import load, sonic_conductance, study
 from pneumo.publish.text.formatting import significant
+from pneumo.runs import simulate
 from pneumo.selection.plants import configured_plant
-from pneumo.selection.runs import simulate
 
 QUICK = "n: [1.2, 1.3]\nrun: {seeds: 2, duration_limit_s: 0.3}\n"
 

@@ -4,6 +4,7 @@ import json
 import math
 import re
 
+import numpy as np
 import pint
 import pytest
 import yaml
@@ -15,8 +16,8 @@ from pneumo import testing as some
 from pneumo.catalogue import coefficient_times_length, default_conductance
 from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation
-from pneumo.configuration.known_within import KnownWithin, known_within
-from pneumo.configuration.parameters import load, merged, sonic_conductance, study, validated
+from pneumo.configuration.known_within import KnownWithin, conversion_notes, known_within
+from pneumo.configuration.parameters import load, merged, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import HELD, SAMPLINGS
 from pneumo.configuration.schema_messages import allowed
@@ -122,6 +123,56 @@ def test_nominal_flow_is_that_from_7_to_6_bar_absolute():
 
 
 @pytest.mark.parametrize(
+    ("key", "value", "C", "within"),
+    [
+        ("C_m3_per_sPa", 1.5e-8, 1.5, 0.0),
+        ("C_l_per_minbar", 90.0, 1.5, 0.0),
+        ("S_mm2", 7.5, 1.5, 0.05),
+        ("Q_n_l_per_min", 381.4, 1.5, 0.0),
+        ("Q_nN_l_per_min", 350.7, 1.5, 0.0),  # 381.4 over 1.0875
+        # NFPA's formula in its own units: 22.48 sqrt(14.504 psi * 87.02 psia / 528 degR) = 34.76 scfm.
+        ("Cv", 0.4, 0.4 * 34.76 * 28.317 * 1.01325 / 254.27, 0.15),
+        ("Kv_m3_per_h", 0.35, 0.35 / 0.865 * 34.76 * 28.317 * 1.01325 / 254.27, 0.15),
+    ],
+)
+def test_figures_of_catalogues_give_the_conductance_with_its_accuracy(key, value, C, within):
+    section = {"valve": {key: value, "b": 0.3}}
+    plant = on_own_cylinder(**section).plant
+    assert sonic_conductance(plant.valve, plant.gas) == pytest.approx(C, rel=2e-3)
+    configuration = validated(merged(BASE, {"cylinders": {"own": OWN | section}}), ())
+    assert known_within(configuration)["own"].valve == within
+    (note,) = conversion_notes(configuration)
+    assert note.startswith(f"own: {key} = {value:g} is C = ")
+    section["valve"].pop("b")  # 0.3 then, with 10 % of its own
+    configuration = validated(merged(BASE, {"cylinders": {"own": OWN | section}}), ())
+    assert configuration.cylinders["own"].valve.C_dm3_per_sbar == pytest.approx(C, rel=2e-3)
+    assert known_within(configuration)["own"].valve == pytest.approx(np.hypot(within, 0.1))
+    assert "0.3 assumed" in conversion_notes(configuration)[1]
+
+
+@pytest.mark.parametrize(
+    ("gas", "ratio"),
+    [("helium", 2.54), ("hydrogen", 3.79), ("CO2", 0.83), ("nitrogen", 1.017), ("argon", 0.80)],
+)
+def test_a_valve_keeps_its_area_with_another_gas(gas, ratio):
+    flows = [
+        choked_flow(p.valve.k_xu * p.valve.u_max, 7e5, 293.15, p.gas)
+        for p in (
+            plant_of(validated(merged(read_yaml(TEMPLATE), {"gas": name}), ()), "open")
+            for name in ("air", gas)
+        )
+    ]
+    assert flows[0] / flows[1] == pytest.approx(ratio, rel=0.01)
+    printed = merged(read_yaml(TEMPLATE), {"gas": {"sonic_coefficient": 0.0404}})  # that of the paper
+    p = plant_of(validated(printed, ()), "open")
+    assert choked_flow(p.valve.k_xu * 10, 7e5, 293.15, p.gas) == pytest.approx(1.185 * 1.5e-8 * 7e5, rel=1e-9)
+
+
+def test_a_gas_without_a_name_in_the_table_is_refused():
+    assert "gas = 'neon': must be a section, or one of air, nitrogen" in error_of(BASE | {"gas": "neon"})
+
+
+@pytest.mark.parametrize(
     ("path", "value", "words"),
     [
         ("supply.T_amb_K", 20, "and at most 500; is it in degC?"),
@@ -209,7 +260,7 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
         ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with the section valve"),
         ({}, {"valve": None}, "k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;"),
         ({}, {"valve": {"b": 0.3}}, "own.valve.C_dm3_per_sbar: missing"),
-        ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min"),
+        ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min, Q_nN_l_per_min, C_m3"),
         (
             {},
             {"valve": {"C_dm3_per_sbar": 1, "Q_n_l_per_min": 250, "b": 0.3}},
@@ -306,7 +357,8 @@ UNITS = {
     **{"bore_mm": "mm", "dead_volume_m3": "m³", "variance_m2": "m²", "friction_Ns_per_m": "N s/m"},
     **{"k_x_k_u_m2_per_V": "m²/V", "k_p_V_per_m": "V/m", "R_J_per_kgK": "J/(kg K)", "k_0_W_per_K": "W/K"},
     **{"lambda_0_W_per_m2K": "W/(m² K)", "C_dm3_per_sbar": "dm³/(s bar)", "P_s_Pa": "Pa"},
-    **{"Q_n_l_per_min": "l/min"},
+    **{"Q_n_l_per_min": "l/min", "S_mm2": "mm²", "Kv_m3_per_h": "m³/h", "Cv": ""},
+    **{"C_m3_per_sPa": "m³/(s Pa)", "C_l_per_minbar": "l/(min bar)"},
     **{"duration_limit_s": "s", "from_Hz": "Hz", "P_0_per_P_s": "", "critical_ratio": "", "n": ""},
 }
 

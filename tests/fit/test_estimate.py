@@ -14,7 +14,7 @@ from pneumo.fit.fit_problem import FULL, Problem, fit, replayed_pressures, settl
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.stage_signals import smoothing, stage_signals
 from pneumo.physics.models import MODELS
-from pneumo.selection.runs import OPEN_LOOP
+from pneumo.runs import OPEN_LOOP
 from pneumo.simulation.full_order import run
 
 MOVED = [0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01]  # beside the guess

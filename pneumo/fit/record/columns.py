@@ -9,9 +9,11 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import read_yaml
+from pneumo.configuration.plausible_cylinders import ATMOSPHERE
 from pneumo.errors import InputError, printable
 from pneumo.fit.record.text_table import PLAIN, plain_unit
 
+STANDARD_ATMOSPHERE = 101325.0  # Pa
 GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
 ANR = 1.185  # kg/m^3, air at the reference atmosphere of ISO 8778
 ZERO_CELSIUS = 273.15
@@ -61,6 +63,11 @@ def pressure_unit(text: str) -> tuple[str, bool]:
     return (unit[:-1], True) if unit.endswith("g") and unit[:-1] in PRESSURE else (unit, False)
 
 
+def gauge_zero(P_port: float) -> float:
+    """Pressure at which a gauge shows zero, Pa: the atmosphere, even where the port is a vacuum line."""
+    return P_port if ATMOSPHERE[0] <= P_port <= ATMOSPHERE[1] else STANDARD_ATMOSPHERE
+
+
 class Column(BaseModel):
     """Column of a file that holds a quantity, and its unit there."""
 
@@ -73,7 +80,7 @@ class Column(BaseModel):
     def factor_and_offset(self, path: Path, quantity: str, P_atm: float) -> tuple[float, float]:
         """Factor and offset that convert the column's numbers to SI units.
 
-        A gauge pressure, with a unit that ends with `GAUGE` or g, gets the atmosphere `P_atm`, Pa, added.
+        A gauge pressure, with a unit that ends with `GAUGE` or g, gets the `gauge_zero` of P_atm, Pa, added.
         `InputError` if the quantity has no such unit.
         """
         unit, units = plain_unit(self.unit), UNITS[quantity]
@@ -85,7 +92,7 @@ class Column(BaseModel):
             raise InputError(
                 f"{path}: column {printable(self.column, 30)}: {problem}; the units are {allowed}"
             )
-        zero = P_atm if gauge else ZERO_CELSIUS if unit == "degC" else 0.0
+        zero = gauge_zero(P_atm) if gauge else ZERO_CELSIUS if unit == "degC" else 0.0
         return factor * self.scale, factor * self.offset + zero
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fit.record.columns import PRESSURE, pressure_unit
+from pneumo.fit.record.columns import PRESSURE, gauge_zero, pressure_unit
 from pneumo.physics.valve import Conditions
 
 PERIODS = (1e-5, 0.1)  # s, between samples of a cylinder at work: its chambers fill within a second
@@ -141,7 +141,7 @@ def _check_pressure(samples: Samples, name: str, plant: Plant, closed: bool) -> 
     path, P, c = samples.path, samples.values[name], plant.conditions
     top, low = float(np.percentile(P, 99)), float(np.percentile(P, 1))
     unit, gauge = pressure_unit(samples.units.get(name, "Pa"))
-    zero = c.P_atm if gauge else 0.0
+    zero = gauge_zero(c.P_atm) if gauge else 0.0
     if top > TOO_LARGE * c.P_s or top < c.P_atm / TOO_LARGE:
         for other in COMMON:
             factor = PRESSURE[other] / PRESSURE[unit]

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.errors import ConfigurationError, printable, shown
-from pneumo.physics.valve import Gas, exact_gas
+from pneumo.physics.gases import GASES
+from pneumo.physics.valve import Gas
 
-GASES = {"air": exact_gas(287.05, 1.4), "nitrogen": exact_gas(296.80, 1.4)}  # R, J/(kg K), and gamma
 SENSORS = ("valve", "chamber")  # ends of a hose
 UNITS = {  # in SI
     "": 1.0,

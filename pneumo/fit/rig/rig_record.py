@@ -229,6 +229,9 @@ def _columns(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict
         scale, offset = column.factor_and_offset(path, quantity, P_atm)
         numbers = np.asarray(pd.to_numeric(table.loc[:, column.column], errors="coerce"), dtype=float)
         values[quantity] = scale * numbers + offset
+        if quantity in ("P_A", "P_B") and np.nanmin(values[quantity], initial=np.inf) <= 0:
+            lowest = f"{printable(column.column)}: down to {np.nanmin(values[quantity]):.4g} Pa absolute"
+            raise InputError(f"{path}: column {lowest}: must be positive; a gauge's unit is written bar(g)")
     for quantity in ("t", "P_A"):
         if quantity not in values or np.isfinite(values[quantity]).sum() < SHORTEST:
             raise InputError(f"{path}: no column {quantity} with at least {SHORTEST} numbers")

@@ -1,9 +1,12 @@
 """Files of a rig: units, bounds, and one clear line for each mistake."""
 
+from decimal import Decimal
+
 import pytest
 
 from pneumo.errors import ConfigurationError
-from pneumo.fit.rig.rig_file import GASES, OF_B, QUANTITIES, TOGETHER, key, read_rig, rig
+from pneumo.fit.rig.rig_file import OF_B, QUANTITIES, TOGETHER, _ends, key, read_rig, rig
+from pneumo.physics.gases import GASES
 
 TANK = {"volume_L": 16, "orifice_mm": 2.7}
 VALVE = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
@@ -32,7 +35,10 @@ def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both():
         (TANK | {"C_d": True}, "C_d = True"),
         (TANK | {"C_d": float("nan")}, "C_d = nan"),
         (TANK | {"C_d": 11}, "at least 0.001 and at most 10"),
-        (TANK | {"gas": "helium"}, "gas = 'helium': must be air or nitrogen"),
+        (
+            TANK | {"gas": "neon"},
+            "gas = 'neon': must be air or nitrogen or helium or hydrogen or argon or CO2",
+        ),
         (TANK | {"bore_mm": 25, "dead_volume_mL": 3}, "volume_L: conflicts with bore_mm; give only one"),
         ({"orifice_mm": 2}, "volume_L: missing; or give bore_mm"),
         (TANK | VALVE, "orifice_mm: conflicts with valve_C_in_dm3_per_sbar"),
@@ -70,6 +76,17 @@ def test_what_may_be_zero_or_negative_is_a_wall_a_rod_a_lag_or_a_delay():
             assert quantity.low > 0, name
 
 
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_each_end_of_what_is_allowed_is_allowed_and_nothing_beyond(name):
+    quantity = QUANTITIES[name]
+    for end, beyond in ((quantity.low, -1e-9), (quantity.high, 1e-9)):
+        assert _ends(end, quantity, "field") == (end, end)
+        refused = end + beyond * max(abs(end), 1.0)
+        with pytest.raises(ConfigurationError) as error:
+            _ends(refused, quantity, "field")
+        assert f"each at least {quantity.low:g} and at most {quantity.high:g}" in str(error.value)
+
+
 def test_a_file_is_read(tmp_path):
     (tmp_path / "rig.yaml").write_text("volume_L: 16\norifice_mm: [2, 3]\n")
     assert read_rig(tmp_path / "rig.yaml").ends["orifice"] == pytest.approx((2e-3, 3e-3))
@@ -81,11 +98,44 @@ def test_quantities_that_are_given_together_can_be_absent():
     assert len({key(name) for name in QUANTITIES}) == len(QUANTITIES)
 
 
-@pytest.mark.parametrize(("gas", "kg_per_mol"), [("air", 28.9647e-3), ("nitrogen", 28.0134e-3)])
-def test_a_gas_has_the_constant_of_its_molar_mass_and_gamma_of_two_atoms(gas, kg_per_mol):
-    # Five digits are written.
+def test_limits_are_powers_of_ten_but_for_500_bar_and_critical_ratios_below_1():
+    for name, quantity in QUANTITIES.items():
+        upper = (5,) if quantity.unit == "bar" else (9, 9) if name.endswith(("_b", "_b_out")) else (1,)
+        for end, digits in ((quantity.low, (1,)), (quantity.high, upper)):
+            assert end == 0 or Decimal(str(abs(end))).normalize().as_tuple().digits == digits, name
+
+
+def test_what_is_not_given_is_absent_neutral_or_a_room():
+    room = {"P_surroundings": 1.01325, "T_surroundings": 293.15}
+    factors = {"C_d", "hose_out_over_in"}
+    milliseconds = {"valve_opening", "valve_closing"}
+    for name, quantity in QUANTITIES.items():
+        if quantity.default is not None:
+            neutral = 1 if name in factors | milliseconds else 0
+            assert quantity.default == room.get(name, neutral), name
+            low, high = rig(TANK, "rig.yaml").ends[name]
+            assert low == high, name
+
+
+@pytest.mark.parametrize(
+    (
+        "gas",
+        "kg_per_mol",
+        "cp",
+    ),  # J/(mol K) at 293 K by the Shomate equations of the WebBook; monatomic 5/2 R
+    [
+        ("air", 28.9647e-3, 29.10),
+        ("nitrogen", 28.0134e-3, 29.12),
+        ("helium", 4.002602e-3, 20.786),
+        ("hydrogen", 2.01588e-3, 28.82),
+        ("argon", 39.948e-3, 20.786),
+        ("CO2", 44.0095e-3, 36.89),
+    ],
+)
+def test_a_gas_has_the_constants_of_its_molar_mass_and_heat_capacity(gas, kg_per_mol, cp):
     R, gamma = GASES[gas].R, GASES[gas].gamma
-    assert (R, gamma) == (pytest.approx(8.314462618 / kg_per_mol, rel=3e-5), 7 / 5)
+    assert pytest.approx(8.314462618 / kg_per_mol, rel=3e-5) == R
+    assert gamma == pytest.approx(cp / (cp - 8.314462618), rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -107,9 +157,24 @@ def test_a_number_with_its_unit_is_read_in_SI_units(name, number, in_SI):
     assert ends[quantity] == pytest.approx((in_SI, in_SI), rel=1e-12)
 
 
+def test_a_rig_is_of_air_and_measured_at_the_valve_unless_it_says_so():
+    usual, other = rig(TANK, "rig.yaml"), rig(TANK | {"gas": "nitrogen", "sensor": "chamber"}, "rig.yaml")
+    assert (usual.gas, usual.sensor) == (GASES["air"], "valve")
+    assert (other.gas, other.sensor) == (GASES["nitrogen"], "chamber")
+
+
 @pytest.mark.parametrize("name", [name for name in OF_B if name != "dead_volume_B"])
 def test_a_quantity_of_the_other_chamber_needs_that_chamber(name):
     needed = key("dead_volume_B")
     number = {key(name): QUANTITIES[name].high}
     with pytest.raises(ConfigurationError, match=f"{key(name)}: needs {needed}, which is missing"):
         rig(CHAMBER | number, "rig.yaml")
+
+
+def test_a_rig_without_some_quantities_has_the_others():
+    read = rig(TANK, "rig.yaml")
+    less = read.without("orifice", "C_d")
+    assert set(read.ends) - set(less.ends) == {"orifice", "C_d"} and less.gas == read.gas
+    changed = read.changed(C_d=(0.5, 1.0), orifice=3e-3)
+    assert (changed.ends["C_d"], changed.ends["orifice"]) == ((0.5, 1.0), (3e-3, 3e-3))
+    assert changed.ends["volume"] == read.ends["volume"]

@@ -105,6 +105,11 @@ def test_a_gauge_pressure_is_above_the_rigs_surroundings_and_times_count_from_th
     (run,) = read_runs(written(tmp_path, t_s=t, P_A_barg=P), VESSEL)
     assert run.P.t.tolist() == [0.0, 1.0, 3.0, 4.0, 5.0]
     assert run.P.values == pytest.approx([6.1e5, 5.1e5, 4.1e5, 3.1e5, 2.1e5], rel=1e-12)
+    line = rig({"volume_L": 10, "P_surroundings_bar": 0.04}, "test")  # to a vacuum pump: gauges know no line
+    (run,) = read_runs(written(tmp_path, t_s=t, P_A_barg=-np.array(P) / 10), line)
+    assert run.P.values[0] == pytest.approx(101325 - 0.5e5)
+    with pytest.raises(InputError, match=r"P_A_bar: down to -5e\+05 Pa absolute: must be positive"):
+        read_runs(written(tmp_path, t_s=t, P_A_bar=-np.array(P)), line)
 
 
 @pytest.mark.parametrize(

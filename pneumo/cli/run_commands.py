@@ -1,0 +1,172 @@
+"""``pneumo simulate``: a run of a configured cylinder from any start, such as its first stroke.
+
+Modules are imported inside the function, so that help and errors of usage are fast.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer import Argument, Option
+
+from pneumo.cli.options import Conductance, Cylinder, Trust, output_to
+
+if TYPE_CHECKING:
+    import numpy as np
+
+AFTER = 3.0  # s, default time after the last change of the command
+MOST_STEPS = 5_000_000  # of a run
+
+
+def simulate(
+    files: Annotated[list[Path], Argument(help="configuration; later files override earlier ones")],
+    start: Annotated[
+        str,
+        Option(
+            "--from",
+            help="vented, retracted, extended, rest or pressurised; or numbers, SI units, such as"
+            " `x=-0.08,P_A=101325`: what is left out is as vented",
+        ),
+    ] = "vented",
+    command: Annotated[
+        str | None,
+        Option(
+            help="command, V: `10`; a sequence with times, s: `10,-10@0.5,0@1`; or a CSV file with columns t"
+            " and u, or u_A and u_B of a valve for each chamber [fully open]"
+        ),
+    ] = None,
+    reference: Annotated[
+        str | None,
+        Option(help="instead of a command: position, mm from mid-stroke, likewise; a CSV file has t and x"),
+    ] = None,
+    gain: Annotated[
+        float | None, Option(min=0.0, help="gain of the position control, V/m [closed_loop.k_p_V_per_m]")
+    ] = None,
+    time: Annotated[
+        float | None, Option(min=0.0, help="length of the run, s [3 s after the last change]")
+    ] = None,
+    step: Annotated[float, Option(min=1e-6, max=1.0, help="step, s")] = 1e-3,
+    cylinder: Cylinder = None,
+    k_0: Conductance = None,
+    trust: Trust = False,
+    output: Annotated[
+        Path | None, output_to("file for the run, .nc or .csv; its figure is written beside it")
+    ] = None,
+) -> None:
+    """Simulate strokes: times, speeds, pressures, air.
+
+    The piston has no cushions: it meets the ends at full speed.
+    """
+    import numpy as np
+
+    from pneumo import runs
+    from pneumo.cli.options import read_configuration
+    from pneumo.configuration.configured_dynamics import configured_dynamics
+    from pneumo.configuration.known_within import conversion_notes
+    from pneumo.configuration.parameters import study
+    from pneumo.errors import InputError
+    from pneumo.physics.valve_dynamics import PROPORTIONAL
+    from pneumo.selection.plants import configured_plant
+    from pneumo.storage.files import check_output
+
+    if command is not None and reference is not None:
+        raise InputError("--command, --reference: give at most one")
+    if output is not None and output.suffix not in (".nc", ".csv"):
+        raise InputError(f"-o {output}: must end with .nc or .csv")
+    if output is not None:
+        check_output(output.absolute().parent)
+    configuration = read_configuration(files, trust)
+    configured = study(configuration)
+    plant = configured_plant(configured, cylinder, k_0)
+    name = cylinder or next(iter(configured.experiments.values())).cylinder
+    if configured_dynamics(configuration, name) != PROPORTIONAL:
+        typer.echo("note: valve_dynamics is for exports; in runs the valve follows at once", err=True)
+    for note in conversion_notes(configuration):
+        typer.echo(f"note: {note}", err=True)
+    option, text = (
+        ("--reference", reference) if reference else ("--command", command or f"{plant.valve.u_max:g}")
+    )
+    times, values = _signal(option, text, ("x",) if reference else ("u",))
+    end = times[-1] + AFTER if time is None else time
+    if not 2 * step <= end <= MOST_STEPS * step:
+        raise InputError(f"--time = {end:g} s: must be 2 to {MOST_STEPS:g} steps of {step:g} s")
+    at = np.searchsorted(times, step * (np.arange(round(end / step) + 1) + 1e-6), side="right") - 1
+    held = values[np.maximum(at, 0)]
+    signals: dict[str, Any] = {"command": held[:, 0] if held.shape[1] == 1 else held}
+    if reference:
+        loop = configuration.cylinders[name].closed_loop
+        k_p = loop.k_p_V_per_m if gain is None and loop else gain
+        if k_p is None:
+            raise InputError("--gain: missing; the cylinder has no section closed_loop")
+        signals = {"reference": held[:, 0] * 1e-3, "k_p": k_p}
+    run = runs.simulate(plant, step, start=_start(plant, start), **signals)
+    typer.echo(run)
+    if output is not None:
+        _write(run, output, configured.config_sha256)
+
+
+def _start(plant: Any, text: str) -> Any:
+    """Start from its name, or from numbers by name; those left out are as vented."""
+    from pneumo.errors import InputError, printable
+    from pneumo.runs import STARTS, State, start_state
+
+    if "=" not in text:
+        if text not in STARTS:
+            raise InputError(f"--from {printable(text, 40)}: must be one of {', '.join(STARTS)}, or numbers")
+        return text
+    changes = {}
+    for part in text.split(","):
+        name, _, number = (word.strip() for word in part.partition("="))
+        if name not in State._fields:
+            fields = ", ".join(State._fields)
+            raise InputError(f"--from {printable(part, 40)}: must be NAME=NUMBER, with a name of {fields}")
+        changes[name] = _number("--from", number)
+    return start_state(plant, start_state(plant, "vented")._replace(**changes))
+
+
+def _number(option: str, text: str) -> float:
+    from pneumo.configuration.text_file import NUMBER
+    from pneumo.errors import InputError, printable
+
+    if not NUMBER.fullmatch(text.strip()):
+        raise InputError(f"{option} = {printable(text, 40)}: must be a number")
+    return float(text)
+
+
+def _signal(option: str, text: str, columns: tuple[str, ...]) -> "tuple[np.ndarray, np.ndarray]":
+    """Times, s, from which values hold, and the values, shape (time, signal)."""
+    import numpy as np
+
+    from pneumo.errors import InputError
+
+    if text.lower().endswith(".csv"):
+        from pneumo.configuration.signal_file import columns_of, read_column
+
+        file = Path(text)
+        if columns == ("u",) and {"u_A", "u_B"} <= set(columns_of(file, option)):
+            columns = ("u_A", "u_B")
+        series = [np.array(read_column(file, name, option)) for name in ("t", *columns)]
+        times, values = series[0] - series[0][0], np.stack(series[1:], axis=1)
+    else:
+        parts = [part.partition("@") for part in text.split(",")]
+        times = np.array([_number(option, at) if sign else 0.0 for _, sign, at in parts])
+        values = np.array([[_number(option, value)] for value, _, _ in parts])
+    if times[0] != 0 or (np.diff(times) <= 0).any():
+        raise InputError(f"{option}: times must begin at 0 and increase")
+    return times, values
+
+
+def _write(run: Any, output: Path, config_sha256: str) -> None:
+    from pneumo.hashing import code_hash
+    from pneumo.publish.style import save
+    from pneumo.storage.files import atomic, attributes, write
+
+    if output.suffix == ".csv":
+        with atomic(output) as part:
+            run.to_table().to_csv(part, index=False)
+    else:
+        code = code_hash("pneumo.runs")
+        about = attributes("Simulated run of a cylinder", repr(run), config_sha256, code)
+        write(run.to_xarray(), output, about)
+    svg, png = save(run.plot(), output.with_suffix(""))
+    typer.echo(f"{output}, {svg}, {png}: written")

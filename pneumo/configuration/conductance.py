@@ -1,0 +1,66 @@
+"""Sonic conductance of a valve from the figures that catalogues print: one table of conversions."""
+
+from typing import NamedTuple
+
+from pneumo.physics.valve import choked_flow, exact_gas, mass_flow
+
+UPSTREAM, DOWNSTREAM = 7.0, 6.0  # bar absolute: from 6 to 5 bar on the gauge, as in European catalogues
+SECONDS = 60.0  # in a minute
+USUAL_B, B_MISSING = 0.3, 0.10  # where a catalogue has no b, and how far the flow is then uncertain
+NORMAL = 293.15 / 273.15 * 1.01325  # litres at 20 degC and 1 bar in a normal litre: DIN 1343, ISO 8778
+Q_N_PER_CV = 984.0 * 1.01325  # l/min at 20 degC and 1 bar from 7 to 6 bar; 984 at 1 atm by NFPA's formula
+KV_PER_CV = 0.865  # (m^3/h) / (US gallon a minute), each per root of its unit of pressure
+
+
+class Conversion(NamedTuple):
+    """How one key of a valve gives its sonic conductance."""
+
+    unit: str
+    to_C: float  #: dm^3/(s bar) of one unit; for a nominal flow, l/min at 20 degC and 1 bar of one unit
+    nominal: bool  #: whether the figure is a flow from 7 to 6 bar, which is converted with b
+    within: float  #: accuracy of the rule, relative
+    rule: str
+
+
+CONVERSIONS = {
+    "C_dm3_per_sbar": Conversion("dm3/(s bar)", 1.0, False, 0.0, "ISO 6358"),
+    "Q_n_l_per_min": Conversion(
+        "l/min", 1.0, True, 0.0, "from 7 to 6 bar by ISO 6358, litres at 20 degC and 1 bar (ANR)"
+    ),
+    "Q_nN_l_per_min": Conversion(
+        "Nl/min",
+        NORMAL,
+        True,
+        0.0,
+        "from 7 to 6 bar by ISO 6358, litres at 0 degC and 1.01325 bar (DIN 1343)",
+    ),
+    "C_m3_per_sPa": Conversion("m3/(s Pa)", 1e8, False, 0.0, "ISO 6358"),
+    "C_l_per_minbar": Conversion(
+        "l/(min bar)", 1 / SECONDS, False, 0.0, "ISO 6358, litres as in ISO 8778 (ANR)"
+    ),
+    "S_mm2": Conversion("mm2", 1 / 5.0, False, 0.05, "C = S / 5, as JIS B 8390's makers convert"),
+    "Cv": Conversion(
+        "", Q_N_PER_CV, True, 0.15, "NFPA's gas formula, 984 l/min at 1 atm from 7 to 6 bar for Cv = 1"
+    ),
+    "Kv_m3_per_h": Conversion("m3/h", Q_N_PER_CV / KV_PER_CV, True, 0.15, "Cv = Kv / 0.865, then as Cv"),
+}
+
+
+def conductance(key: str, value: float, b: float) -> float:
+    """Sonic conductance C, dm^3/(s bar), from a key of `CONVERSIONS`, its value, and the critical ratio b.
+
+    By ISO 6358 a nominal flow is C P_u sqrt(1 - ((P_d/P_u - b)/(1 - b))^2), in litres of its reference
+    atmosphere (20 degC, 1 bar).
+    """
+    conversion = CONVERSIONS[key]
+    if not conversion.nominal:
+        return value * conversion.to_C
+    gas = exact_gas(287.0, 1.4)._replace(critical_ratio=b, elliptic=True)
+    at = 1.0, UPSTREAM, DOWNSTREAM, 293.15  # area and temperature cancel
+    fraction = mass_flow(*at, gas) / choked_flow(1.0, UPSTREAM, 293.15, gas)
+    return value * conversion.to_C / (SECONDS * UPSTREAM * fraction)
+
+
+def uncertainty(key: str, b: float | None) -> float:
+    """Relative accuracy of a flow that was converted from this key, or that has no b (None)."""
+    return float((CONVERSIONS[key].within ** 2 + (B_MISSING**2 if b is None else 0.0)) ** 0.5)

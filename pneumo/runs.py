@@ -1,0 +1,352 @@
+"""Full-order runs on given signals, measured signals, and replays of a model on either."""
+
+from math import isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
+from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
+from pneumo.equations.chamber_rate import lane_for
+from pneumo.errors import InputError
+from pneumo.physics.models import Model, lane_array
+from pneumo.physics.symbols import SYMBOLS
+from pneumo.publish.figures.run_figure import run_figure
+from pneumo.selection.plants import check_positive
+from pneumo.simulation.full_order import STATE, Recording, command_series, run, supplied_mass
+from pneumo.simulation.replay import STATUS
+from pneumo.simulation.replay import replay as replay_lanes
+
+OPEN_LOOP = Drive(False, 0.0, np.inf)
+NORMAL = 101325.0, 273.15  # Pa and K, of a normal litre: DIN 1343
+MOST_STROKES = 4  # that the text of a run lists
+
+
+class State(NamedTuple):
+    """State of a cylinder: position from mid-stroke, velocity, pressures and temperatures."""
+
+    x: float  #: m
+    v: float  #: m/s
+    P_A: float  #: Pa, absolute
+    T_A: float  #: K
+    P_B: float  #: Pa, absolute
+    T_B: float  #: K
+
+
+# Name of a start -> end of the stroke (-1: chamber A is smallest), and the pressures of chambers A and B.
+STARTS = {
+    "vented": (-1, "P_atm", "P_atm"),
+    "retracted": (-1, "P_atm", "P_s"),
+    "extended": (1, "P_s", "P_atm"),
+    "rest": (0, "P_0", "P_0"),
+    "pressurised": (-1, "P_s", "P_s"),
+}
+
+
+def start_state(plant: Plant, start: State | str) -> State:
+    """Check a state from which a run shall start, or make that of a name in `STARTS`, all at T_amb.
+
+    Raises
+    ------
+    InputError
+        If there is no such name, or a number is impossible.
+    """
+    c, cylinder = plant.conditions, plant.cylinder
+    if isinstance(start, str):
+        if start not in STARTS:
+            raise InputError(f"start = {start!r}: must be one of {', '.join(STARTS)}, or a State")
+        end, P_A, P_B = STARTS[start]
+        x = (cylinder.x_min, 0.0, cylinder.x_max)[end + 1]
+        T = c.T_0 if start == "rest" else c.T_amb
+        return State(x, 0.0, getattr(c, P_A), T, getattr(c, P_B), T)
+    state = State(*(float(value) for value in start))
+    if not cylinder.x_min <= state.x <= cylinder.x_max:
+        limits = f"{cylinder.x_min:g} to {cylinder.x_max:g} m from mid-stroke"
+        raise InputError(f"start: x = {state.x:g} m: must lie within the stroke, {limits}")
+    if not isfinite(state.v):
+        raise InputError(f"start: v = {state.v:g}: must be finite")
+    for name in ("P_A", "T_A", "P_B", "T_B"):
+        value = getattr(state, name)
+        if not (isfinite(value) and value > 0):
+            raise InputError(f"start: {name} = {value:g}: must be positive; pressures are absolute")
+    return state
+
+
+class Stroke(NamedTuple):
+    """A movement of the piston that ends at a stop."""
+
+    switched: float  #: time of the last change of the command before the piston leaves, s
+    leaves: float  #: time at which it leaves, s
+    arrives: float  #: time at which it meets the stop, s
+    distance: float  #: from where it left, m; positive where chamber A became larger
+    end_speed: float  #: before the impact, m/s
+    air: float  #: from the supply, from this change of the command to the next or the end, normal litres
+
+    @property
+    def time(self) -> float:
+        """Stroke time from the change of the command to the stop, s."""
+        return self.arrives - self.switched
+
+    @property
+    def mean_speed(self) -> float:
+        """Distance over stroke time, m/s."""
+        return abs(self.distance) / self.time
+
+
+def _arrival(x: np.ndarray, v: np.ndarray, k: int, stop: float, h: float) -> tuple[float, float]:
+    """Time and speed at which the piston meets a stop after sample k: with the acceleration before it."""
+    gap, speed = abs(stop - x[k]), abs(v[k])
+    a = (speed - abs(v[k - 1])) / h if k else 0.0
+    square = speed**2 + 2 * a * gap
+    end_speed = square**0.5 if square > 0 else speed
+    duration = 2 * gap / (speed + end_speed) if speed + end_speed else h
+    return k * h + min(duration, h), end_speed
+
+
+def _strokes(recording: Recording) -> list[Stroke]:
+    """Movements of a simulated run that end at a stop, in the order of time."""
+    (x, v), h, cylinder = recording.states[:, :2].T, recording.h, recording.plant.cylinder
+    drawn = np.concatenate([[0.0], np.cumsum(supplied_mass(recording))])
+    commands = recording.u if recording.u_B is None else np.stack([recording.u, recording.u_B], axis=-1)
+    changed = np.diff(commands, axis=0).reshape(len(x) - 1, -1).any(axis=1)
+    switches = np.concatenate([[0], np.flatnonzero(changed) + 1])
+    at_rest = np.flatnonzero(v == 0)
+    P_n, T_n = NORMAL
+    per_kg = 1e3 * recording.plant.gas.R * T_n / P_n  # litres
+    strokes = []
+    for stop in (cylinder.x_min, cylinder.x_max):
+        for k in np.flatnonzero((x[1:] == stop) & (x[:-1] != stop)):
+            before = at_rest[at_rest <= k]
+            left = int(before[-1]) if len(before) else 0
+            switch = int(np.searchsorted(switches, left, side="right")) - 1
+            first, end = switches[switch], [*switches[1:], len(x) - 1][switch]
+            arrives, end_speed = _arrival(x, v, int(k), stop, h)
+            air = per_kg * (drawn[end] - drawn[first])
+            strokes.append(Stroke(first * h, left * h, arrives, stop - x[left], end_speed, float(air)))
+    return sorted(strokes, key=lambda stroke: stroke.arrives)
+
+
+def _column(name: str, doc: str) -> Any:
+    return property(lambda run: run.recording.states[:, STATE.index(name)], doc=doc)
+
+
+class Run(NamedTuple):
+    """Signals of a cylinder at every step, simulated or measured; NaN for signals that were not measured."""
+
+    recording: Recording  #: states, reference and command, with plant and step
+    simulated: bool  #: by `simulate`; else measured
+
+    x, v = _column("x", "Piston position from mid-stroke, m."), _column("v", "Piston velocity, m/s.")
+    P_A, P_B = (_column(f"P_{side}", f"Pressure in chamber {side}, Pa.") for side in "AB")
+    T_A, T_B = (_column(f"T_{side}", f"Temperature in chamber {side}, K.") for side in "AB")
+
+    @property
+    def u(self) -> np.ndarray:
+        """Command before the limiter, V."""
+        return self.recording.u
+
+    @property
+    def t(self) -> np.ndarray:
+        """Time from the start, s."""
+        return self.recording.h * np.arange(len(self.u))
+
+    @property
+    def strokes(self) -> list[Stroke]:
+        """Movements of a simulated run that end at a stop; empty for a measured one."""
+        return _strokes(self.recording) if self.simulated else []
+
+    def to_xarray(self) -> xr.Dataset:
+        """Dataset with u, x and v over t, and P and T over (t, chamber), in SI units."""
+        pairs = {name: np.stack([getattr(self, f"{name}_{side}") for side in "AB"], axis=-1) for name in "PT"}
+        variables: dict[str, Any] = {name: ("t", getattr(self, name)) for name in ("u", "x", "v")}
+        variables |= {name: (("t", "chamber"), pair) for name, pair in pairs.items()}
+        if self.recording.u_B is not None:
+            about = {"units": "V", "long_name": "command to the valve of chamber B, positive from the supply"}
+            variables["u_B"] = ("t", self.recording.u_B, about)
+        dataset = xr.Dataset(variables, {"t": self.t, "chamber": ["A", "B"]})
+        for name in dataset.variables:
+            if symbol := SYMBOLS.get(str(name)):
+                dataset[name].attrs = {"units": symbol.unit, "long_name": symbol.long_name}
+        return dataset
+
+    def to_table(self) -> pd.DataFrame:
+        """Table with a column for each signal, headed as `pneumo.read_record` reads them."""
+        columns = {"t_s": self.t, "u_V": self.u, "x_m": self.x, "v_m/s": self.v}
+        columns |= {f"P_{side}_Pa": getattr(self, f"P_{side}") for side in "AB"}
+        return pd.DataFrame(columns | {f"T_{side}_K": getattr(self, f"T_{side}") for side in "AB"})
+
+    def plot(self) -> Figure:
+        """Figure of command, position, velocity, pressures and temperatures."""
+        return run_figure(self.to_xarray())
+
+    def __repr__(self) -> str:
+        """Text of at most ten lines: start, strokes, extremes of pressures and temperatures."""
+        kind = "simulated" if self.simulated else "measured"
+        lines = [f"{kind} run of {self.t[-1]:.4g} s in steps of {1e3 * self.recording.h:.4g} ms"]
+        strokes = self.strokes
+        lines += [
+            f"stroke of {1e3 * s.distance:+.4g} mm in {s.time:.4g} s (command at {s.switched:.4g} s, leaves"
+            f" at {s.leaves:.4g} s): mean {s.mean_speed:.3g} m/s, end {s.end_speed:.3g} m/s,"
+            f" air {s.air:.3g} Nl"
+            for s in strokes[:MOST_STROKES]
+        ]
+        lines += [f"... and {len(strokes) - MOST_STROKES} more"] if len(strokes) > MOST_STROKES else []
+        lines += [] if strokes else [f"x from {1e3 * self.x.min():.4g} to {1e3 * self.x.max():.4g} mm"]
+        for side in "AB":
+            P, T = getattr(self, f"P_{side}") / 1e5, getattr(self, f"T_{side}")
+            pressures = f"chamber {side}: {np.min(P):.4g} to {np.max(P):.4g} bar absolute"
+            lines.append(f"{pressures}, {np.min(T):.4g} to {np.max(T):.4g} K")
+        return "\n".join(lines)
+
+
+class Prediction(NamedTuple):
+    """Pressures of a reduced model on a run, and their errors, each a pair: chamber A, chamber B."""
+
+    t: np.ndarray  #: time, s
+    P_A: np.ndarray  #: pressure by the model, Pa
+    P_B: np.ndarray  #: the same of chamber B
+    mean_error: np.ndarray  #: mean of the run's minus the model's pressure, Pa: a pair
+    mse: np.ndarray  #: mean of its square, Pa^2: a pair
+    status: tuple[str, ...]  #: "ok", or why a chamber's pressures end in NaN: a pair
+
+
+def _series(**signals: ArrayLike) -> dict[str, np.ndarray]:
+    """Signals as arrays of floats: one-dimensional, finite and of one length."""
+    arrays = {name: np.array(values, dtype=float) for name, values in signals.items()}
+    length = next(iter(arrays.values())).size
+    for name, values in arrays.items():
+        if values.ndim != 1 or values.size != length or length < 2 or not np.isfinite(values).all():
+            raise InputError(
+                f"{name}: must be one-dimensional, finite, and of equal length for all signals, at least 2"
+            )
+    return arrays
+
+
+def simulate(
+    plant: Plant,
+    h: float,
+    *,
+    command: ArrayLike | None = None,
+    reference: ArrayLike | None = None,
+    k_p: float = 0.0,
+    start: State | str = "rest",
+) -> Run:
+    """Run the full-order system, eqs (1) to (8).
+
+    Parameters
+    ----------
+    h : float
+        Step, s; 1 ms in the paper.
+    command : array-like
+        Command, V, one value for each step, held during it; with shape (steps, 2), those of a valve for each
+        chamber, both positive where they connect their chamber to the supply.
+    reference : array-like
+        Instead of a command: position reference, m, one value for each step, held during it.
+    k_p : float
+        Gain of the proportional control that follows the reference, V/m.
+    start : State or str
+        State at the start, or a name: `rest`, in mid-stroke at (P_0, T_0); `vented`, at the end where chamber
+        A is smallest with both chambers at P_atm; `retracted`, there with B at P_s; `extended`, at the other
+        end with A at P_s and B at P_atm; `pressurised`, retracted with both at P_s.
+
+    Raises
+    ------
+    InputError
+        If not exactly one of command and reference is given, or a number is out of range.
+    """
+    check_positive(h=h)
+    u_B, y_0 = None, np.array(start_state(plant, start))
+    if command is not None and reference is None:
+        drive, own = OPEN_LOOP, np.asarray(command)
+        if own.ndim == 2 and own.shape[1] == 2:
+            signal, u_B = _series(u_A=own[:, 0], u_B=own[:, 1]).values()
+        else:
+            signal = _series(command=command)["command"]
+    elif reference is not None and command is None:
+        check_positive(k_p=k_p)
+        drive, signal = Drive(True, float(k_p), np.inf), _series(reference=reference)["reference"]
+    else:
+        raise InputError("command, reference: give exactly one")
+    states, signal, halvings = run(y_0, signal, 0.0, drive, plant, float(h), MOST_HALVINGS, u_B)
+    u = command_series(states, signal, drive)
+    recording = Recording(
+        states=states,
+        reference=signal,
+        u=u,
+        drive=drive,
+        plant=plant,
+        h=float(h),
+        halvings=halvings,
+        most_halvings=MOST_HALVINGS,
+        u_B=u_B,
+    )
+    return Run(recording, simulated=True)
+
+
+def recorded(
+    plant: Plant,
+    h: float,
+    *,
+    u: ArrayLike,
+    x: ArrayLike,
+    v: ArrayLike,
+    P_A: ArrayLike | None = None,
+    P_B: ArrayLike | None = None,
+) -> Run:
+    """Make a `Run` of measured signals, for `replay`.
+
+    Parameters
+    ----------
+    h : float
+        Time between samples, s.
+    u, x, v : array-like
+        Command, V, position, m, and velocity, m/s, at every sample. At the first one the piston is at rest
+        and both pressures are the plant's P_0.
+    P_A, P_B : array-like
+        Measured pressures, Pa, with which a replay is compared; its errors are NaN without them.
+
+    Raises
+    ------
+    InputError
+        If a signal has a wrong shape or numbers that are not finite.
+    """
+    check_positive(h=h)
+    measured = {name: P for name, P in (("P_A", P_A), ("P_B", P_B)) if P is not None}
+    signals = _series(u=u, x=x, v=v, **measured)
+    u, states = signals["u"], np.full((len(signals["u"]), len(STATE)), np.nan)
+    for name in ("x", "v", *measured):
+        states[:, STATE.index(name)] = signals[name]
+    reference, halvings = np.zeros(len(u)), np.zeros(len(u) - 1, dtype=np.int8)
+    recording = Recording(
+        states=states,
+        reference=reference,
+        u=u,
+        drive=OPEN_LOOP,
+        plant=plant,
+        h=float(h),
+        halvings=halvings,
+        most_halvings=MOST_HALVINGS,
+    )
+    return Run(recording, simulated=False)
+
+
+def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
+    """Integrate a reduced model on the command, position and velocity of a run, Fig. 6.
+
+    On a simulated run it starts at the run's first pressures and reads the signals at every stage of the
+    integrator; on a measured one it starts at P_0 and reads samples, interpolated linearly.
+
+    Raises
+    ------
+    InputError
+        If there is no such model, or n is missing or out of range.
+    """
+    lanes = lane_array([lane_for(model, n, run.recording.plant)])
+    replayed = replay_lanes(run.recording, lanes, EXACT_SAMPLING if run.simulated else INTERPOLATED)
+    P_A, P_B = replayed.pressure[0]
+    status = tuple(STATUS[int(code)] for code in replayed.status[0])
+    return Prediction(run.t, P_A, P_B, replayed.mean_error[0], replayed.mse[0], status)
