@@ -9,7 +9,6 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import read_yaml
-from pneumo.configuration.plausible_cylinders import ATMOSPHERE
 from pneumo.errors import InputError, printable
 from pneumo.fit.record.channel import Channel
 from pneumo.fit.record.units import PLAIN, QUANTITIES, Reading, Surroundings, is_unit, plain_unit, reading
@@ -36,11 +35,6 @@ GUESSES = {  # names of columns in other laboratories, in small letters and digi
     "m_A": re.compile(r"[rf]?(m|q|flow|massflow)(a|1)"),
     "m_B": re.compile(r"[rf]?(m|q|flow|massflow)(b|2)"),
 }
-
-
-def gauge_zero(P_port: float) -> float:
-    """Pressure at which a gauge shows zero, Pa: the atmosphere, even where the port is a vacuum line."""
-    return P_port if ATMOSPHERE[0] <= P_port <= ATMOSPHERE[1] else STANDARD_ATMOSPHERE
 
 
 class Column(BaseModel):

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
+from pneumo.selection.runs import simulate
 from scipy.io import savemat
 
 from pneumo.configuration.parameters import load, study
 from pneumo.selection.plants import configured_plant
-from pneumo.selection.runs import simulate
 
 CONFIGURATION, CYLINDER = Path(__file__).parents[3] / "config/paper.yaml", "D"
 PERIOD, ROWS, SLOW = 2e-3, 400, 10  # s; samples; of the command in files of two rates
