@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
-from pneumo.selection.runs import simulate
 from scipy.io import savemat
 
 from pneumo.configuration.parameters import load, study
+from pneumo.runs import simulate
 from pneumo.selection.plants import configured_plant
 
 CONFIGURATION, CYLINDER = Path(__file__).parents[3] / "config/paper.yaml", "D"
