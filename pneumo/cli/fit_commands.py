@@ -39,7 +39,7 @@ def show(
     from pneumo.fit.mistaken_columns import mistake
     from pneumo.fit.record.columns import read_mapping
     from pneumo.fit.record.measurement import read_measurement
-    from pneumo.fit.record.ranges import above_supply, ranges_text
+    from pneumo.fit.record.plausibility import above_supply
     from pneumo.publish.figures.fit_figures import record_figure
     from pneumo.publish.style import save
     from pneumo.selection.plants import configured_plant
@@ -51,7 +51,8 @@ def show(
     for note in (*record.notes, *above_supply(record, plant), *([odd] if odd else [])):
         typer.echo(f"note: {note}", err=True)
     typer.echo(f"{len(record.u)} samples, {record.period:.4g} s apart, {record.t[-1]:.4g} s")
-    typer.echo(ranges_text(record, plant))
+    for line in record.channels:
+        typer.echo(line)
     svg, png = save(record_figure(record), output)
     typer.echo(f"{svg} and {png}: written")
 

@@ -37,7 +37,6 @@ def rig(
 
     from pneumo.errors import InputError, printable
     from pneumo.fit.record.columns import read_mapping
-    from pneumo.fit.record.formats import LARGEST_FILE
     from pneumo.fit.rig.rig_c import rig_c
     from pneumo.fit.rig.rig_file import read_rig
     from pneumo.fit.rig.rig_fit import fitted_runs, judged_models, rig_warnings, values_of
@@ -47,7 +46,7 @@ def rig(
     from pneumo.hashing import code_hash
     from pneumo.publish.pages.rig_page import rig_page
     from pneumo.publish.text.terminal_tables import rig_tables
-    from pneumo.storage.files import attributes, check_sizes, output_folder, write, write_text
+    from pneumo.storage.files import attributes, output_folder, write, write_text
 
     for name in model or ():
         if name not in RIG_MODELS:
@@ -56,11 +55,6 @@ def rig(
         raise InputError("--to c: needs -o, a folder for its files")
     if output is not None:
         context.with_resource(output_folder(output))
-    if record.suffix.lower() == ".nc" and record.is_file():  # its variables may fill the memory
-        try:
-            check_sizes(record, LARGEST_FILE)
-        except (OSError, ValueError) as error:
-            raise InputError(f"{record}: {printable(str(error), 200)}") from None
     known = read_rig(file)
     runs = read_runs(record, known, read_mapping(columns) if columns else None, from_edges=command == "edges")
     names = tuple(dict.fromkeys(model)) if model else RIG_MODELS

@@ -99,4 +99,4 @@ def test_a_small_record_that_would_fill_the_memory_is_one_line(tmp_path):
             file.createVariable(name, "f8", ("t_P",), zlib=True)
     done = invoke(TANK, str(tmp_path / "points.nc"))
     assert isinstance(done.exception, InputError), done.output
-    assert "would take 160000000000 bytes of memory: at most 200000000 for all" in str(done.exception)
+    assert "20000000000 samples along t_P: must be at most 2000000" in str(done.exception)

@@ -9,8 +9,8 @@ from pneumo.errors import InputError
 from pneumo.fit.fit_problem import Problem, fit, replayed_pressures
 from pneumo.fit.measurement_fit import fit_measurement
 from pneumo.fit.mistaken_columns import check_columns
-from pneumo.fit.record.columns import ANR
 from pneumo.fit.record.measurement import Measurement, read_measurement
+from pneumo.fit.record.units import ANR
 from pneumo.fit.stage_signals import stage_signals, stage_times
 from pneumo.physics.cylinder import chamber_of, volume
 from pneumo.physics.models import MODELS, lane, lane_array

@@ -1,4 +1,4 @@
-"""Columns of a measurement: which quantity each holds, and in which unit."""
+"""Columns of a measurement: which quantity each channel holds, and in which unit."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -9,63 +9,32 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import read_yaml
-from pneumo.configuration.plausible_cylinders import ATMOSPHERE
 from pneumo.errors import InputError, printable
-from pneumo.fit.record.text_table import PLAIN, plain_unit
+from pneumo.fit.record.channel import Channel
+from pneumo.fit.record.units import PLAIN, QUANTITIES, Reading, Surroundings, is_unit, plain_unit, reading
 
-STANDARD_ATMOSPHERE = 101325.0  # Pa
-GAUGE = "(g)"  # behind a unit of pressure: above atmospheric
-ANR = 1.185  # kg/m^3, air at the reference atmosphere of ISO 8778
-ZERO_CELSIUS = 273.15
-LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
-PRESSURE = {"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168361, "MPa": 1e6, "mbar": 1e2}
-FLOW = {"kg/s": 1.0, "g/s": 1e-3, "kg/h": 1 / 3600, "dm3/s(ANR)": 1e-3 * ANR, "l/min(ANR)": 1e-3 / 60 * ANR}
-UNITS: dict[str, dict[str, float]] = {  # factors to SI by quantity
-    "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
-    "u": {"V": 1.0, "mV": 1e-3},
-    "x": LENGTH,
-    "v": {f"{unit}/s": factor for unit, factor in LENGTH.items()},
-    **dict.fromkeys(("P_A", "P_B", "P_s"), PRESSURE),
-    **dict.fromkeys(("m_A", "m_B"), FLOW),
-    "T": {"K": 1.0, "degC": 1.0},
-}
-KNOWN_UNITS = {unit for units in UNITS.values() for unit in units} | {
-    f"{unit}{end}" for unit in PRESSURE for end in (GAUGE, "g")
-}
+NAME = r"t|u|x|v|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value)"
 HEADER = re.compile(
-    r"^\s*(?P<name>\w+?)\s*(?:[\[(](?P<unit>.+)[\])]|_(?P<suffix>[A-Za-z]+(?:_per_s|/s)?(?:_g|\s?\(g\))?))\s*$"
+    rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ](?P<suffix>[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?))?\s*"
 )
+SIGN_BEHIND = re.compile(rf"\s*(?P<name>{NAME})[_ ]+(?P<unit>[^\w\s].*)")  # T_°C, u_%
 IN_BRACKETS = re.compile(r"(.+?)\s*[\[(](.+)[\])]")
-SIGN_BEHIND = re.compile(r"(.+?)[_ ]+([^\w\s]\S*)")  # as in u_%
+FOREIGN_SIGN = re.compile(r"(.+?)[_ ]+([^\w\s]\S*)")
+PATH = re.compile(r"[^\[(]*[/.|]")  # of a signal in a tree of names
 OPTIONAL = re.compile(r"(P_s|T|v)(?![A-Za-z])")  # how a misspelt name of one may begin
 MOST_NAMED = 4  # columns that a note names
-ROS_FIELD = "field."  # before the names that `rostopic echo -p` writes
 UNNAMED = "?"  # for a column that nobody can guess
 LIKELY = {"t": "s", "u": "V", "x": "mm", **dict.fromkeys(("P_A", "P_B"), "bar")}
 LIKELY |= dict.fromkeys(("m_A", "m_B"), "kg/s")
 GUESSES = {  # names of columns in other laboratories, in small letters and digits
     "t": re.compile(r"t|time|timestamp|zeit|temps|tempo"),
-    "u": re.compile(r"u|u?(command|cmd|ventil|valve|stell\w*|spannung|voltage)"),
-    "x": re.compile(r"x|s|pos(ition)?|weg|hub|lage|stroke|displacement"),
-    "P_A": re.compile(r"(p|druck|pressure|pression)(a|1)"),
-    "P_B": re.compile(r"(p|druck|pressure|pression)(b|2)"),
-    "m_A": re.compile(r"(m|q|flow|massflow)(a|1)"),
-    "m_B": re.compile(r"(m|q|flow|massflow)(b|2)"),
+    "u": re.compile(r"[rfbi]?(u|u?(command|cmd|ventil|valve|stell\w*|spannung|voltage))"),
+    "x": re.compile(r"[rf]?(x|s|(act)?pos(ition)?|weg|hub|lage|stroke|displacement)"),
+    "P_A": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(a|1)"),
+    "P_B": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(b|2)"),
+    "m_A": re.compile(r"[rf]?(m|q|flow|massflow)(a|1)"),
+    "m_B": re.compile(r"[rf]?(m|q|flow|massflow)(b|2)"),
 }
-TIME = ("time", "zeit", "x_value")  # names of t that instruments write
-
-
-def pressure_unit(text: str) -> tuple[str, bool]:
-    """Unit of a pressure, and whether it is a gauge pressure: `bar` and True for `barg` and `bar(g)`."""
-    unit = plain_unit(text)
-    if unit.endswith(GAUGE):
-        return unit.removesuffix(GAUGE).strip(), True
-    return (unit[:-1], True) if unit.endswith("g") and unit[:-1] in PRESSURE else (unit, False)
-
-
-def gauge_zero(P_port: float) -> float:
-    """Pressure at which a gauge shows zero, Pa: the atmosphere, even where the port is a vacuum line."""
-    return P_port if ATMOSPHERE[0] <= P_port <= ATMOSPHERE[1] else STANDARD_ATMOSPHERE
 
 
 class Column(BaseModel):
@@ -77,23 +46,17 @@ class Column(BaseModel):
     scale: Annotated[float, Field(allow_inf_nan=False)] = 1.0
     offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
 
-    def factor_and_offset(self, path: Path, quantity: str, P_atm: float) -> tuple[float, float]:
-        """Factor and offset that convert the column's numbers to SI units.
+    def reading(self, path: Path, quantity: str, around: Surroundings) -> Reading:
+        """Factor and offset that convert the column's numbers to SI units, and the unit in full.
 
-        A gauge pressure, with a unit that ends with `GAUGE` or g, gets the `gauge_zero` of P_atm, Pa, added.
-        `InputError` if the quantity has no such unit.
+        `InputError` if the quantity has no such unit, or the unit is ambiguous.
         """
-        unit, units = plain_unit(self.unit), UNITS[quantity]
-        plain, gauge = pressure_unit(unit) if units is PRESSURE else (unit, False)
-        factor = units.get(plain)
-        if factor is None:
-            problem = f"unknown unit {printable(unit, 20)!r}" if unit else "no unit in the header"
-            allowed = ", ".join([*units, *(["bar(g)"] if units is PRESSURE else [])])
-            raise InputError(
-                f"{path}: column {printable(self.column, 30)}: {problem}; the units are {allowed}"
-            )
-        zero = gauge_zero(P_atm) if gauge else ZERO_CELSIUS if unit == "degC" else 0.0
-        return factor * self.scale, factor * self.offset + zero
+        found = reading(quantity, self.unit, around)
+        if isinstance(found, str):
+            raise InputError(f"{path}: column {printable(self.column, 30)}: {found}")
+        return found._replace(
+            factor=found.factor * self.scale, offset=found.factor * self.offset + found.offset
+        )
 
 
 Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
@@ -110,42 +73,76 @@ def read_mapping(path: Path) -> dict[str, Column]:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in first["loc"] if part != "[key]")
-        expected = f"must be one of {', '.join(UNITS)}, each with column and unit"
+        expected = f"must be one of {', '.join(QUANTITIES)}, each with column and unit"
         raise InputError(f"{path}: {printable(field)}: {expected}") from None
 
 
-def columns_by_header(names: list[str], units: Mapping[str, str]) -> dict[str, Column]:
-    """Columns by quantity, from headers such as `P_A_kPa`, `P_A [kPa]`, `P_A (bar(g))` or `T_°C`."""
+def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
+    """Columns by quantity, from names such as `P_A_kPa`, `P_A [bar abs]`, `/bench/P_A (bar(g))` or `T_°C`.
+
+    The last part of a path counts where no channel has the whole name. `InputError` if two name a quantity.
+    """
     columns: dict[str, Column] = {}
-    spelled = [_name_and_unit(name.removeprefix(ROS_FIELD).translate(PLAIN)) for name in names]
-    if all(quantity != "t" for quantity, _ in spelled):
-        spelled = [("t" if quantity.lower() in TIME else quantity, unit) for quantity, unit in spelled]
-    for name, (quantity, header_unit) in zip(names, spelled, strict=True):
-        if quantity in columns:
-            both = f"{printable(columns[quantity].column, 30)!r} and {printable(name, 30)!r}"
-            raise InputError(f"columns {both}: both are {quantity}")
-        if quantity in UNITS:
-            unit = units.get(name) or header_unit
-            unit = plain_unit(unit.replace("_per_s", "/s").replace("_g", GAUGE))
-            columns[quantity] = Column(column=name, unit=unit)
+    clocks = {channel.clock.name for channel in channels if channel.clock is not None}
+    for of_path, readable in ((False, True), (True, True), (False, False)):
+        before = dict(columns)
+        spelled = [_name_and_unit(PATH.sub("", c.name) if of_path else c.name) for c in channels]
+        times = [c.name for c, (quantity, _) in zip(channels, spelled, strict=True) if quantity == "t"]
+        plain_t = any(name.strip().startswith("t") for name in times)
+        for channel, (quantity, unit) in zip(channels, spelled, strict=True):
+            if channel.unit and unit and not is_unit(unit):
+                continue  # T_low
+            unit = channel.unit or unit
+            if quantity == "u" and not unit and _is_on_off(channel):
+                unit = "0/1"
+            known = not unit or is_unit(unit) or bool(channel.unit)
+            if not quantity or quantity in before or known != readable:
+                continue
+            if quantity == "t" and (
+                channel.name in clocks or (plain_t and not channel.name.strip().startswith("t"))
+            ):
+                continue
+            if quantity in columns:
+                both = f"{printable(columns[quantity].column, 30)!r} and {printable(channel.name, 30)!r}"
+                raise InputError(f"columns {both}: both are {quantity}")
+            columns[quantity] = Column(column=channel.name, unit=plain_unit(unit))
     return columns
 
 
-def proposed_mapping(
-    names: Sequence[str], units: Mapping[str, str], known: Mapping[str, Column], needed: Sequence[str]
-) -> str:
+def _is_on_off(channel: Channel) -> bool:
+    """Whether a command has two states: 0 and 1, or words such as TRUE and FALSE."""
+    import pandas as pd
+
+    states = {str(value).strip().lower() for value in pd.unique(channel.values)[:5]}
+    return states - {"", "nan"} in ({"0", "1"}, {"0.0", "1.0"}, {"true", "false"}, {"on", "off"})
+
+
+def clock_unit(clock: Channel, columns: Mapping[str, Column]) -> str:
+    """Unit of a channel's own times: of the channel, in its name, or else that of the column t."""
+    named = columns["t"].unit if "t" in columns else ""
+    if "t" in columns and columns["t"].column == clock.name:
+        return named
+    return clock.unit or _name_and_unit(clock.name)[1] or named
+
+
+def proposed_mapping(channels: Sequence[Channel], known: Mapping[str, Column], needed: Sequence[str]) -> str:
     """YAML in one line for `read_mapping`: columns guessed by their names, `UNNAMED` for the others."""
     proposed = {
         quantity: column.model_copy(update={"unit": _proposed_unit(column.unit, quantity)})
         for quantity, column in known.items()
     }
-    free = [name for name in names if name not in {c.column for c in known.values()}]
+    free = [channel for channel in channels if channel.name not in {c.column for c in known.values()}]
     for quantity in (quantity for quantity in needed if quantity not in known):
-        likely = (name for name in free if GUESSES[quantity].fullmatch(_foreign(name)[0]))
-        name = next(likely, UNNAMED)
-        free = [other for other in free if other != name]
-        unit = plain_unit(units.get(name) or _foreign(name)[1])
-        proposed[quantity] = Column(column=name, unit=_proposed_unit(unit, quantity))
+        guess = GUESSES[quantity]
+        likely = (
+            c
+            for c in free
+            if guess.fullmatch(_foreign(c.name)[0]) or guess.fullmatch(_foreign(PATH.sub("", c.name))[0])
+        )
+        channel = next(likely, Channel(UNNAMED, []))  # type: ignore[arg-type]
+        free = [other for other in free if other.name != channel.name]
+        unit = plain_unit(channel.unit or _foreign(channel.name)[1])
+        proposed[quantity] = Column(column=channel.name, unit=_proposed_unit(unit, quantity))
     entries = ({q: c.model_dump(exclude_defaults=True)} for q, c in proposed.items())
     texts = (
         yaml.safe_dump(entry, default_flow_style=True, allow_unicode=True, width=10**6) for entry in entries
@@ -155,14 +152,17 @@ def proposed_mapping(
 
 def _proposed_unit(unit: str, quantity: str) -> str:
     """The unit itself if it is known, `UNNAMED` for another, and the likely one where there is none."""
-    known = pressure_unit(unit)[0] in KNOWN_UNITS
-    return unit if known else UNNAMED if unit else LIKELY.get(quantity, "")
+    if not unit:
+        return LIKELY.get(quantity, "")
+    return unit if isinstance(reading(quantity, unit), Reading) else UNNAMED
 
 
-def unused_note(names: Sequence[str], columns: Mapping[str, Column]) -> list[str]:
-    """Note on columns that were not read, those first that may be an optional one with a misspelt unit."""
+def unused_note(channels: Sequence[Channel], columns: Mapping[str, Column]) -> list[str]:
+    """Note on channels that were not read, those first that may be an optional one with a misspelt unit."""
     used = {column.column for column in columns.values()}
-    unused = sorted((name for name in names if name not in used), key=lambda n: not OPTIONAL.match(n))
+    clocks = {channel.clock.name for channel in channels if channel.clock is not None}
+    names = [c.name for c in channels if c.name not in used and c.name not in clocks]
+    unused = sorted(names, key=lambda name: not OPTIONAL.match(name))
     named = ", ".join(printable(name, 30) for name in unused[:MOST_NAMED])
     more = f" and {len(unused) - MOST_NAMED} more" if len(unused) > MOST_NAMED else ""
     return [f"columns not used: {named}{more}"] if unused else []
@@ -170,14 +170,21 @@ def unused_note(names: Sequence[str], columns: Mapping[str, Column]) -> list[str
 
 def _foreign(header: str) -> tuple[str, str]:
     """Letters and digits of a header in lower case, and the unit behind them: in brackets, or a sign."""
-    match = IN_BRACKETS.fullmatch(header.strip()) or SIGN_BEHIND.fullmatch(header.strip())
+    match = IN_BRACKETS.fullmatch(header.strip()) or FOREIGN_SIGN.fullmatch(header.strip())
     name, unit = match.groups() if match else (header, "")
     return re.sub(r"[\W_]", "", name.lower()), unit
 
 
 def _name_and_unit(name: str) -> tuple[str, str]:
-    """Quantity and unit of a header; the unit is empty for a plain name such as `P_A` or `X_Value`."""
-    match = HEADER.match(name)
-    if match is None or name.strip() in UNITS or name.strip().lower() in TIME:
-        return name.strip(), ""
-    return match["name"], match["unit"] or match["suffix"]
+    """Quantity and unit of a header; no quantity for another name, no unit for `P_A` or `X_Value`."""
+    name = name.translate(PLAIN)
+    match = HEADER.fullmatch(name) or SIGN_BEHIND.fullmatch(name)
+    if match is None:
+        return "", ""
+    quantity = match["name"] if match["name"] in QUANTITIES else "t"
+    parts = match.groupdict()
+    unit = (parts.get("unit") or parts.get("suffix") or "").replace("_per_s", "/s")
+    free = parts.get("suffix") or (unit if match.re is SIGN_BEHIND else "")
+    if free and not free.isalpha() and not isinstance(reading(quantity, unit), Reading):
+        return "", ""
+    return quantity, unit

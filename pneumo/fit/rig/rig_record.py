@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
-import xarray as xr
 from scipy.interpolate import make_smoothing_spline
 
 from pneumo.errors import InputError, printable
-from pneumo.fit.record.columns import KNOWN_UNITS, Column, columns_by_header
-from pneumo.fit.record.formats import read_table
+from pneumo.fit.record.columns import Column, columns_by_header
+from pneumo.fit.record.formats import read_channels
+from pneumo.fit.record.measurement import read_series
+from pneumo.fit.record.units import Surroundings
 from pneumo.fit.rig.rig_file import Rig
 from pneumo.fit.stage_signals import smoothing
 
@@ -143,6 +143,11 @@ def pulses(
     return runs
 
 
+def _held(t: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Command at other times: the last one before each."""
+    return values[np.clip(np.searchsorted(times, t + 1e-9, side="right") - 1, 0, None)]
+
+
 def vessel_run(P: Points, T: Points | None = None) -> Run:
     """Run of a vessel from time 0, with samples as dense as its steps need."""
     h = float(max(P.t[-1], T.t[-1] if T else 0.0)) / STEPS
@@ -171,7 +176,7 @@ def read_runs(
     InputError
         If the file or a column is not usable, or has no whole pulse.
     """
-    signals = _at_own_times(path) or _columns(path, rig, mapping)
+    signals = _signals(path, rig, mapping)
     pressure, T = signals["P_A"], signals.get("T")
     vessel, both = rig.has("volume"), rig.has("dead_volume_B")
     if vessel and not rig.has("valve_C_in"):
@@ -190,54 +195,46 @@ def read_runs(
             f"{path}: t: samples must be equally spaced, within {100 * UNEVEN:g} % of their mean"
         )
     P = np.interp(t, *pressure)
-    u = None if from_edges else np.interp(t, *signals["u"])
+    u = None if from_edges else _held(t, *signals["u"])
     return pulses(t, x, P, u, np.interp(t, *signals["P_B"]) if both else None, T)
 
 
-def _at_own_times(path: Path) -> dict[str, Points]:
-    """P and T of a NetCDF file in which each has its own times; nothing of any other file."""
-    if path.suffix.lower() != ".nc" or not path.is_file():
-        return {}
+def _signals(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict[str, Points]:
+    """Signals of a record at the times at which they were measured."""
+    channels = read_channels(path)
+    columns = dict(mapping) if mapping else columns_by_header(channels)
+    own = "P_A" not in columns and not mapping  # NetCDF with P and T at the times t_P and t_T, from the start
+    pressure = next((c for c in channels if own and c.name == "P" and c.clock is not None), None)
+    if pressure:
+        units = {"P_A": ("P", "Pa"), "T": ("T", "K")}  # where a variable has none
+        given = {channel.name: channel.unit for channel in channels}
+        columns = {
+            quantity: Column(column=name, unit=given[name] or unit)
+            for quantity, (name, unit) in units.items()
+            if name in given
+        }
+        channels = [
+            c._replace(clock=c.clock and c.clock._replace(unit=c.clock.unit or "s")) for c in channels
+        ]
+    if "t" not in columns and any(c.clock is None for c in channels):
+        raise InputError(f"{path}: no column t with at least {SHORTEST} numbers")
+    if "P_A" not in columns:
+        raise InputError(f"{path}: no column P_A with at least {SHORTEST} numbers")
+    around = Surroundings(P_atm=rig.ends["P_surroundings"][0], R=rig.gas.R)
+    measured = read_series(path, channels, columns, around)
+    first = min(signal.start for signal in measured.values())
     found = dict[str, Points]()
-    with xr.open_dataset(path.absolute(), decode_times=False) as data:
-        for name, variable, time in (("P_A", "P", "t_P"), ("T", "T", "t_T")):
-            if time in data.variables and variable in data.variables:
-                found[name] = _finite(path, time, data[time].values, data[variable].values)
-    if found and len(found.get("P_A", Points(np.empty(0), np.empty(0))).t) < SHORTEST:
-        raise InputError(f"{path}: no variable P with at least {SHORTEST} numbers, at the times t_P")
-    return {name: points for name, points in found.items() if len(points.t)}
-
-
-def _finite(path: Path, time: str, t: np.ndarray, values: np.ndarray) -> Points:
-    """Finite values with their times; `InputError` if a time is not finite or not above the one before."""
-    if t.ndim != 1 or t.shape != values.shape:
-        raise InputError(f"{path}: {time}: must be one time for each value")
-    if not np.isfinite(t).all() or (np.diff(t) <= 0).any():
-        raise InputError(f"{path}: {time}: must be numbers that increase from row to row")
-    return Points(t, values).part(np.isfinite(values))
-
-
-def _columns(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict[str, Points]:
-    """Signals of a table, each with the times at which it is not missing."""
-    table, units, _ = read_table(path, KNOWN_UNITS)
-    columns = dict(mapping) if mapping else columns_by_header([str(name) for name in table.columns], units)
-    values = dict[str, np.ndarray]()
-    for quantity, column in columns.items():
-        if column.column not in table.columns:
-            raise InputError(f"{path}: no column {printable(column.column)!r}, which is to be {quantity}")
-        P_atm = rig.ends["P_surroundings"][0]
-        scale, offset = column.factor_and_offset(path, quantity, P_atm)
-        numbers = np.asarray(pd.to_numeric(table.loc[:, column.column], errors="coerce"), dtype=float)
-        values[quantity] = scale * numbers + offset
-        if quantity in ("P_A", "P_B") and np.nanmin(values[quantity], initial=np.inf) <= 0:
-            lowest = f"{printable(column.column)}: down to {np.nanmin(values[quantity]):.4g} Pa absolute"
+    for name, signal in measured.items():
+        if name in ("P_A", "P_B") and not pressure and signal.values.min() <= 0:
+            lowest = f"{printable(signal.channel.name)}: down to {signal.values.min():.4g} Pa absolute"
             raise InputError(f"{path}: column {lowest}: must be positive; a gauge's unit is written bar(g)")
-    for quantity in ("t", "P_A"):
-        if quantity not in values or np.isfinite(values[quantity]).sum() < SHORTEST:
-            raise InputError(f"{path}: no column {quantity} with at least {SHORTEST} numbers")
-    t = values.pop("t")
-    found = {name: _finite(path, "t", t, signal) for name, signal in values.items()}
-    return {name: Points(points.t - t[0], points.values) for name, points in found.items() if len(points.t)}
+        if (np.diff(signal.t) <= 0).any():
+            raise InputError(f"{path}: t: must be numbers that increase from row to row")
+        begin = float(signal.start - (0 if pressure else first))
+        found[name] = Points(signal.t + begin, signal.values)
+    if len(found["P_A"].t) < SHORTEST:
+        raise InputError(f"{path}: no column P_A with at least {SHORTEST} numbers")
+    return found
 
 
 def halves(points: Points) -> Sequence[Points]:

@@ -12,12 +12,16 @@ from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, PALE, axis_label,
 from pneumo.publish.text.formatting import KILO
 
 MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
+EVENT_COLORS = {"saturated": "#c0392b", "dropout": "#e67e22", "jitter": "#f1c40f", "held": "#95a5a6"}
 LONGEST_LAG = 0.2  # s, of an autocorrelation
 
 
 @paper_style()
 def record_figure(record: Measurement) -> Figure:
-    """Signals of a record as the fit reads them: command or flows, position and pressures."""
+    """Signals of a record as the fit reads them: command or flows, position and pressures.
+
+    Parts of a signal that are doubtful are shaded.
+    """
     fig = new_figure(DOUBLE_MM, 110)
     panels = fig.subplots(3, 1, sharex=True, height_ratios=[1, 1, 2])
     every = max(1, len(record.t) // MOST_SAMPLES)
@@ -36,7 +40,17 @@ def record_figure(record: Measurement) -> Figure:
     for name, pressure, color in curves:
         panels[2].plot(t, pressure[::every] / KILO, color=color, lw=0.6, label=f"${name}$")
     panels[2].set_ylabel(axis_label("pressure", "kPa"))
-    panels[2].legend(loc="upper right", ncols=3)
+    of_panel = {"u": 0, "m_A": 0, "m_B": 0, "x": 1, "v": 1}
+    for event in record.events:
+        begin, end = event.begin - record.period, event.end + record.period
+        ax = panels[of_panel.get(event.quantity, 2)]
+        labels = ax.get_legend_handles_labels()[1]
+        label = "_" if event.kind in labels else event.kind
+        ax.axvspan(begin, end, color=EVENT_COLORS[event.kind], alpha=0.3, lw=0, zorder=0, label=label)
+    for ax in panels[:2]:
+        if ax.get_legend_handles_labels()[1]:
+            ax.legend(loc="upper right", ncols=4)
+    panels[2].legend(loc="upper right", ncols=4)
     panels[2].set_xlabel(axis_label("$t$", "s"))
     panels[2].set_xlim(t[0], t[-1])
     return fig

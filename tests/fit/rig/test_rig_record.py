@@ -115,10 +115,10 @@ def test_a_gauge_pressure_is_above_the_rigs_surroundings_and_times_count_from_th
 @pytest.mark.parametrize(
     ("t", "P", "said"),
     [
-        ([0, 1, 2, 3], [1, 1, 1, 1], "no column t with at least 5 numbers"),
+        ([0, 1, 2, 3], [1, 1, 1, 1], "no column P_A with at least 5 numbers"),
         ([0, 1, 2, 3, 4], [1, 1, np.nan, 1, 1], "no column P_A with at least 5 numbers"),
         ([0, 1, 2, 2, 3], [1, 1, 1, 1, 1], "t: must be numbers that increase from row to row"),
-        ([0, 1, 2, np.nan, 3, 4], [1, 1, 1, 1, 1, 1], "t: must be numbers that increase from row to row"),
+        ([0, 1, 2, np.nan, 3, 4], [1, 1, 1, 1, 1, 1], "line 5, column t: 'empty': must be a finite number"),
         ([0, 1, 2, 3, 4], [1, 1, 1, 1, 1], ""),
     ],
 )
@@ -166,11 +166,14 @@ TIMES, WARM = np.arange(6.0), np.full(6, 293.0)
 @pytest.mark.parametrize(
     ("variables", "said"),
     [
-        ({"T": ("t_T", WARM)}, "no variable P with at least 5 numbers, at the times t_P"),
-        ({"P": ("t_P", np.empty(0))}, "no variable P with at least 5 numbers, at the times t_P"),
-        ({"P": ("t_P", 1e5 + TIMES), "t_P": ("t_P", TIMES[::-1])}, "t_P: must be numbers that increase"),
-        ({"P": ("t_P", WARM), "T": ("t_T", WARM), "t_T": ("t_T", np.nan * TIMES)}, "t_T: must be numbers"),
-        ({"P": ("i", WARM), "t_P": ("j", TIMES[1:])}, "t_P: must be one time for each value"),
+        ({"T": ("t_T", WARM)}, "no column P_A with at least 5 numbers"),
+        ({"P": ("t_P", np.empty(0))}, "column P: 0 samples"),
+        ({"P": ("t_P", 1e5 + TIMES), "t_P": ("t_P", TIMES[::-1])}, "t: must be numbers that increase"),
+        (
+            {"P": ("t_P", WARM), "T": ("t_T", WARM), "t_T": ("t_T", np.nan * TIMES)},
+            "sample 0, column t: 'empty': must be a finite number",
+        ),
+        ({"P": ("i", WARM), "t_P": ("j", TIMES[1:])}, "no column t with at least 5 numbers"),
     ],
 )
 def test_pressures_and_temperatures_at_their_own_times_are_checked(variables, said, tmp_path):

@@ -1,0 +1,216 @@
+"""Units as sensors, data sheets and loggers print them, and what they are in SI units.
+
+The factors are compared with those of pint in the tests; pint itself takes 0.3 s to import.
+"""
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from pneumo.configuration.plausible_cylinders import ATMOSPHERE
+
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
+TIMES = {
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
+    **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e-3),
+    **dict.fromkeys(("us", "usec", "microsecond", "microseconds"), 1e-6),
+    **dict.fromkeys(("ns", "nsec", "nanosecond", "nanoseconds"), 1e-9),
+    "100 ns": 1e-7,  # FILETIME, of Windows
+    **dict.fromkeys(("min", "minutes"), 60.0),
+}
+PRESSURES = {
+    **{"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
+    **dict.fromkeys(("kgf/cm2", "kg/cm2", "kp/cm2"), 98066.5),
+    **{"atm": 101325.0, "Torr": 101325 / 760, "mmHg": 133.322387415},
+}
+TEMPERATURES = {  # factor and offset
+    **dict.fromkeys(("K", "kelvin"), (1.0, 0.0)),
+    **dict.fromkeys(("degC", "C", "celsius"), (1.0, 273.15)),
+    **dict.fromkeys(("degF", "F", "fahrenheit"), (5 / 9, 273.15 - 32 * 5 / 9)),
+}
+MASS_FLOWS = {"kg/s": 1.0, "g/s": 1e-3, "g/min": 1e-3 / 60, "kg/h": 1 / 3600, "kg/min": 1 / 60}
+VOLUMES = {
+    **dict.fromkeys(("l", "L", "dm3", "liter", "litre"), 1e-3),
+    **dict.fromkeys(("cm3", "ml", "mL", "cc"), 1e-6),
+    "m3": 1.0,
+}
+COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min"}  # slpm, slm, sccm, nlpm
+ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
+QUANTITIES = ("t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
+CHOICES = {  # written in messages, by quantity
+    "t": "s, ms, us, ns, min",
+    "u": "V, mV, %, mA 4..20, V 0..10, 0/1",
+    "x": "m, cm, mm, um, in",
+    "v": "m/s, cm/s, mm/s, um/s, in/s",
+    **dict.fromkeys(
+        ("P_A", "P_B", "P_s"),
+        "Pa, hPa, kPa, MPa, mbar, bar, psi, kgf/cm2, atm, mmHg, Torr, for a gauge bar(g)",
+    ),
+    **dict.fromkeys(
+        ("m_A", "m_B"), "kg/s, g/s, kg/h, Nl/min (0 degC, 1.01325 bar), l/min(ANR), l/min(20 degC, 1 bar)"
+    ),
+    "T": "K, degC, degF",
+}
+PLAIN = str.maketrans({"°": "deg", "µ": "u", "μ": "u", "²": "2", "³": "3", "–": "-", "−": "-", "…": "..."})
+MARKED = re.compile(
+    r"(?P<unit>.+?)[\s_.]*[\[(]?(?P<mark>absolute|abs|a|gauge|gage|g|relative|rel|ü|e|differential|diff|d)\.?[\])]?",
+    re.IGNORECASE,
+)
+VOLUME_FLOW = re.compile(
+    r"(?P<kind>norm|std|[ns])?\.?\s?(?P<volume>[a-z]+3?)(?:_?(?P<behind>n))?/(?P<time>s|sec|min|h)"
+    r"\s*(?:[\[(](?P<state>.+)[\])])?",
+    re.IGNORECASE,
+)
+NUMBER = r"[+-]?\d+(?:\.\d+)?"
+STATE = re.compile(rf"(?P<T>{NUMBER})\s*(?:deg)?C(?:[,;]?\s*(?P<P>{NUMBER})\s*(?P<unit>[A-Za-z]+))?")
+RANGE = re.compile(
+    rf"(?P<before>V|mA|%)?\s*[\[(]?(?P<low>{NUMBER})\s*(?:\.\.\.?|to|-)\s*(?P<high>{NUMBER})[\])]?\s*(?P<behind>V|mA|%)?"
+)
+ON_OFF = "0/1"
+MOST_CURRENT = (3.5, 20.6)  # mA, of a loop of 4 to 20 mA: NAMUR NE 43
+
+
+STANDARD_ATMOSPHERE = 101325.0  # Pa
+
+
+def gauge_zero(P_port: float) -> float:
+    """Pressure at which a gauge shows zero, Pa: the atmosphere, even where the port is a vacuum line."""
+    return P_port if ATMOSPHERE[0] <= P_port <= ATMOSPHERE[1] else STANDARD_ATMOSPHERE
+
+
+class Surroundings(NamedTuple):
+    """Constants of a rig that some units refer to."""
+
+    P_atm: float = STANDARD_ATMOSPHERE  # Pa, at the valve's exhaust
+    u_max: float = 1.0  # V, command at the end of the valve's range
+    R: float = R_AIR  # J/(kg K), of the gas whose volume flow was measured
+
+
+STANDARD = Surroundings()
+
+
+class Reading(NamedTuple):
+    """How numbers are read: ``factor * number + offset`` in SI units."""
+
+    factor: float
+    offset: float
+    text: str  # the unit in full
+
+
+def plain_unit(text: str) -> str:
+    """Unit without brackets, in ASCII: `degC` for `[°C]`, `m/s` for `m s-1`."""
+    text = " ".join(text.translate(PLAIN).split())
+    if text.startswith("[") and text.endswith("]"):
+        text = text[1:-1].strip()
+    text = text.split(" since ")[0].replace("^", "").replace("**", "")
+    return text.replace(" s-1", "/s").replace("_per_", "/")
+
+
+def _named(unit: str, units: Iterable[str]) -> str:
+    """Name of a unit in a table, its case ignored where that is not ambiguous (mPa); empty if unknown."""
+    if unit in units:
+        return unit
+    alike = [name for name in units if name.lower() == unit.lower()]
+    return alike[0] if len(alike) == 1 and unit != "mPa" else ""
+
+
+def pressure_unit(text: str) -> tuple[str, str] | None:
+    """Unit of a pressure and "gauge", "absolute" or "": ("bar", "gauge") for `bar rel`; None if unknown."""
+    unit = plain_unit(text)
+    if named := _named(unit, PRESSURES):
+        return named, ""
+    match = MARKED.fullmatch(unit)
+    named = _named(match["unit"].strip(), PRESSURES) if match else ""
+    if not match or not named or match["mark"].lower().startswith("d"):
+        return None
+    return named, "absolute" if match["mark"].lower().startswith("a") else "gauge"
+
+
+def _command(unit: str, u_max: float) -> Reading | None:
+    for name, factor in (("V", 1.0), ("mV", 1e-3)):
+        if unit == name:
+            return Reading(factor, 0.0, name)
+    if unit == "%":
+        return Reading(u_max / 100, 0.0, f"% of {u_max:g} V")
+    match = RANGE.fullmatch({"mA": "mA 4..20", ON_OFF: "0..1"}.get(unit, unit))
+    if not match or not float(match["low"]) < float(match["high"]):
+        return None
+    low, high = float(match["low"]), float(match["high"])
+    factor = 2 * u_max / (high - low)
+    name = match["before"] or match["behind"] or ""
+    return Reading(
+        factor, -u_max - factor * low, f"{name} {low:g}..{high:g} for {-u_max:g}..{u_max:g} V".strip()
+    )
+
+
+def _flow(unit: str, R: float) -> Reading | str | None:
+    """Reading of a flow; text if its reference state is to be named."""
+    if named := _named(unit, MASS_FLOWS):
+        return Reading(MASS_FLOWS[named], 0.0, named)
+    short = re.fullmatch(r"([ns]?)(lpm|lm|ccm)\s*([\[(].*)?", unit, re.IGNORECASE)
+    match = VOLUME_FLOW.fullmatch(f"{short[1]}{COMPACT[short[2].lower()]}{short[3] or ''}" if short else unit)
+    volume = _named(match["volume"], VOLUMES) if match else ""
+    if match and not volume and match["volume"].lower().endswith("n"):  # ln/min
+        volume = _named(match["volume"][:-1], VOLUMES)
+    if not match or not volume:
+        return None
+    rate = VOLUMES[volume] / {"s": 1.0, "sec": 1.0, "min": 60.0, "h": 3600.0}[match["time"].lower()]
+    state = (match["state"] or "").strip()
+    if state.upper() == "ANR":
+        density = ANR if abs(R / R_AIR - 1) < 0.01 else 1e5 / (R * 293.15)
+        return Reading(rate * density, 0.0, f"{unit}: {density:.4g} kg/m3")
+    normal = (match["kind"] or match["behind"] or match["volume"][-1]).lower() in ("n", "norm")
+    stated = STATE.fullmatch(state or ("0 degC" if normal else ""))
+    P_unit = _named(stated["unit"] or "bar", PRESSURES) if stated else ""
+    if not stated or not P_unit:
+        return (
+            f"unit {unit!r}: of which reference state? write {unit.partition('(')[0].strip()}(0 degC),"
+            " (20 degC, 1 bar) or (ANR), for 20 degC, 1 bar, 65 % humidity; they differ by up to 9 %"
+        )
+    T, P = float(stated["T"]), float(stated["P"] or 1.01325) * PRESSURES[P_unit]
+    if not -50 <= T <= 100 or not 5e4 <= P <= 2e5:
+        return f"unit {unit!r}: reference state must lie within -50 to 100 degC and 0.5 to 2 bar"
+    density = P / (R * (T + 273.15))
+    return Reading(rate * density, 0.0, f"{unit}: {T:g} degC, {P / 1e5:.6g} bar, {density:.4g} kg/m3")
+
+
+def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Reading | str:
+    """How numbers of a quantity in a unit are read; else one line on what to write instead."""
+    unit = plain_unit(text)
+    found: Reading | str | None = None
+    if quantity == "t" and (named := _named(unit, TIMES)):
+        found = Reading(TIMES[named], 0.0, named)
+    elif quantity == "x" and (named := _named(unit, LENGTHS)):
+        found = Reading(LENGTHS[named], 0.0, named)
+    elif quantity == "v" and unit.endswith(("/s", "/sec")):
+        named = _named(unit.rpartition("/")[0].strip(), LENGTHS)
+        found = Reading(LENGTHS[named], 0.0, f"{named}/s") if named else None
+    elif quantity.startswith("P_") and (pressure := pressure_unit(unit)):
+        zero = gauge_zero(around.P_atm) if pressure[1] == "gauge" else 0.0
+        found = Reading(PRESSURES[pressure[0]], zero, f"{pressure[0]} {pressure[1] or 'absolute'}")
+    elif quantity == "T" and (named := _named(unit, TEMPERATURES)):
+        found = Reading(*TEMPERATURES[named], named)
+    elif quantity.startswith("m_"):
+        found = _flow(unit, around.R)
+    elif quantity == "u":
+        found = _command(unit, around.u_max)
+    if found is not None:
+        return found
+    problem = f"unknown unit {unit[:40]!r}" if unit else "no unit in the header"
+    hint = ""
+    if quantity.startswith("P_") and MARKED.fullmatch(unit) and unit.lower().endswith(("d", "diff)", "diff")):
+        hint = "; a differential pressure is none of them: against the atmosphere it is bar(g)"
+    elif unit in ("mA", "V", "mV", "%", "counts"):
+        hint = (
+            "; of a converter, give the unit it measures, and `scale` and `offset`, in a file for --columns"
+        )
+    return f"{problem}; the units are {CHOICES[quantity]}{hint}"
+
+
+def is_unit(text: str) -> bool:
+    """Whether some quantity may have this unit, with or without its reference state."""
+    unit = plain_unit(text)
+    return bool(unit) and any(
+        isinstance(found := reading(quantity, unit), Reading) or "of which reference" in found
+        for quantity in ("t", "u", "x", "v", "P_A", "m_A", "T")
+    )

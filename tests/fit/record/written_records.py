@@ -1,0 +1,331 @@
+"""One record in every format that is read, and in what a logger would write it.
+
+Files of libraries are written by them. Text layouts follow their public documentation: TwinCAT Scope
+(Beckhoff Infosys, TE13xx, "Export to csv"), Simulink's Data Inspector ("Import and Export File Format"),
+LabVIEW ("Specification for the LabVIEW Measurement File"), ControlDesk's CSV,
+PlotJuggler and ROS (what they export).
+"""
+
+import gzip
+import io
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy.io import savemat
+
+from pneumo.configuration.parameters import load, study
+from pneumo.runs import simulate
+from pneumo.selection.plants import configured_plant
+
+CONFIGURATION, CYLINDER = Path(__file__).parents[3] / "config/paper.yaml", "D"
+PERIOD, ROWS, SLOW = 2e-3, 400, 10  # s; samples; of the command in files of two rates
+TIME = PERIOD * np.arange(ROWS)
+MS = 2.0 * np.arange(ROWS)
+UNITS = {"u": "V", "x": "mm", "P_A": "bar", "P_B": "bar"}
+STAMP = 1_715_594_400  # s since 1970
+
+
+@cache
+def plant():
+    return configured_plant(study(load(CONFIGURATION)), CYLINDER, 0.5)
+
+
+@cache
+def truth():
+    """Signals in the units of the files; the command changes every `SLOW` samples."""
+    steps = np.arange(ROWS) // SLOW
+    run = simulate(plant(), PERIOD, command=2.0 * np.sign(np.sin(steps / 5) + np.sin(steps / 3)) + 0.3)
+    noise = np.random.default_rng(1).normal(0.0, 300.0, (2, ROWS))
+    return {
+        "u": run.u,
+        "x": 1e3 * run.x,
+        "P_A": (run.P_A + noise[0]) / 1e5,
+        "P_B": (run.P_B + noise[1]) / 1e5,
+    }
+
+
+def rows(time=TIME, **style):
+    """The record without a header; `time` None leaves that column empty."""
+    table = pd.DataFrame({"t": np.full(ROWS, np.nan) if time is None else time, **truth()})
+    return table.to_csv(index=False, header=False, lineterminator="\n", **{"sep": ",", **style})
+
+
+def named(separator, bracket="{} [{}]", time="Time [ms]"):
+    return separator.join([time, *(bracket.format(name, unit) for name, unit in UNITS.items())]) + "\n"
+
+
+def in_memory(write):
+    file = io.BytesIO()
+    write(file)
+    return file.getvalue()
+
+
+def frame(time="t_s"):
+    return pd.DataFrame({time: TIME, **{f"{n} [{UNITS[n]}]": v for n, v in truth().items()}})
+
+
+def slow(name):
+    """Times and values of a signal in a file of two rates."""
+    return (TIME[::SLOW], truth()["u"][::SLOW]) if name == "u" else (TIME, truth()[name])
+
+
+def lines(columns, separator, decimal="."):
+    """Rows of columns of different length, blank where one has ended."""
+    texts = [[repr(float(v)).replace(".", decimal) for v in column] for column in columns]
+    longest = max(map(len, texts))
+    cells = [text + [""] * (longest - len(text)) for text in texts]
+    return "".join(separator.join(row) + "\n" for row in zip(*cells, strict=True))
+
+
+def scope(of=lambda name: (TIME, truth()[name])):
+    labels = {
+        "Name": "{}",
+        "NetId": "5.1.2.3.1.1",
+        "Port": "851",
+        "SampleTime[ms]": "2",
+        "SymbolName": "MAIN.{}",
+    }
+    labels |= {"Data-Type": "ADST_REAL64", "Unit": "[{unit}]"}
+    head = "Name\tScope\nFile\tbench.svd\n\n"
+    for label, text in labels.items():
+        head += "\t".join(f"{label}\t{text.format(n, unit=UNITS[n])}" for n in UNITS) + "\n"
+    columns = [column for name in UNITS for column in (1e3 * of(name)[0], of(name)[1])]
+    return head + "\n" + lines(columns, "\t", ",") + "EOF\n"
+
+
+def inspector(of=slow):
+    t, u = of("u")
+    columns = [TIME, *(truth()[n] for n in ("x", "P_A", "P_B")), t, u]
+    head = "time,x,P_A,P_B,time,u\n,Unit: mm,Unit: bar,Unit: bar,,Unit: V\n"
+    return head + ",Interp: linear,Interp: linear,Interp: linear,,Interp: zoh\n" + lines(columns, ",")
+
+
+def labview(point=".", columns="One", segments=1, of=None):
+    """File of LabVIEW; the header of each segment counts its samples from X0."""
+    head = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nMulti_Headings\tYes\n"
+    text = (
+        f"{head}X_Columns\t{columns}\nDate\t2024/05/13\nTime\t10:11:12{point}5\n***End_of_Header***\t\n\t\n"
+    )
+    count = ROWS // segments
+    for k in range(segments):
+        part = slice(k * count, (k + 1) * count)
+        first = repr(float(TIME[part][0])).replace(".", point)
+        text += f"Channels\t4\nSamples{4 * f'{chr(9)}{count}'}\nY_Unit_Label\tV\tmm\tbar\tbar\t\n"
+        text += f"X_Dimension{4 * f'{chr(9)}Time'}\nX0{4 * f'{chr(9)}{first}'}\n"
+        step = [of(name)[0][1] if of else PERIOD for name in UNITS]
+        text += (
+            "Delta_X\t"
+            + "\t".join(repr(float(s)).replace(".", point) for s in step)
+            + "\n***End_of_Header***\n"
+        )
+        text += "X_Value\tu\tx\tP_A\tP_B\tComment\n"
+        if of:
+            body = lines([of(name)[1] for name in UNITS], "\t", point)
+            text += "".join(f"\t{line}\n" for line in body.splitlines()) + "\n"
+        else:
+            time = None if columns == "No" else TIME
+            text += "".join(rows(time, sep="\t", decimal=point).splitlines(True)[part]) + "\n"
+    return text
+
+
+def labview_pairs():
+    text = (
+        labview(columns="Multi").split("Channels")[0] + "Channels\t4\nY_Unit_Label\tV\t\tmm\t\tbar\t\tbar\n"
+    )
+    columns = [column for name in UNITS for column in slow(name)]
+    return (
+        text
+        + "***End_of_Header***\n"
+        + "\t".join(f"X_Value\t{n}" for n in UNITS)
+        + "\n"
+        + lines(columns, "\t")
+    )
+
+
+def plotjuggler():
+    """Rows at the times of any signal; cells of the others are blank."""
+    signals = [pd.Series(slow(n)[1], index=slow(n)[0], name=f"/bench/{n}_{UNITS[n]}") for n in UNITS]
+    later = {n: STAMP % 1000 + (3e-4 if n[0] == "P" else 0.0) for n in UNITS}  # topics differ in their times
+    moved = [s.set_axis(s.index + later[n]) for s, n in zip(signals, UNITS, strict=True)]
+    return pd.concat(moved, axis=1).sort_index().rename_axis("__time").to_csv()
+
+
+def sec_nanosec():
+    ticks = STAMP * 10**9 + np.round(1e9 * TIME).astype(np.int64)
+    stamps = {"header.stamp.sec": ticks // 10**9, "header.stamp.nanosec": ticks % 10**9}
+    return pd.DataFrame({**stamps, **{f"{n}_{UNITS[n]}": v for n, v in truth().items()}}).to_csv(index=False)
+
+
+def rostopic():
+    stamps = STAMP * 10**9 + np.round(1e9 * TIME).astype(np.int64)
+    return "%time," + ",".join(f"field.{name}_{unit}" for name, unit in UNITS.items()) + "\n" + rows(stamps)
+
+
+def grouped():
+    """Pressures in Pa with thousands separators, in quotes."""
+    table = frame().drop(columns=["P_A [bar]", "P_B [bar]"]).map(repr)
+    for name in ("P_A", "P_B"):
+        table[f"{name} [Pa]"] = [f"{value:,.9f}" for value in 1e5 * truth()[name]]
+    return table.to_csv(index=False)
+
+
+def matlab(variables, **options):
+    return in_memory(lambda file: savemat(file, variables, **options))
+
+
+def vectors():
+    return {"t_ms": MS, **{f"{n}_{UNITS[n]}": v for n, v in truth().items()}, "gain": 2.0}
+
+
+def to_workspace():
+    block = [{"values": v, "label": f"{n}_{UNITS[n]}", "dimensions": 1} for n, v in truth().items()]
+    return matlab({"out": {"time": TIME, "signals": block, "blockName": "bench/log"}})
+
+
+def controldesk():
+    Y = [{"Name": f"Model Root/{n}", "Data": v, "Unit": UNITS[n], "XIndex": 1} for n, v in truth().items()]
+    return matlab({"rec1_001": {"X": {"Name": "", "Data": TIME}, "Y": Y, "Description": {"General": {}}}})
+
+
+def time_series(of=slow):
+    return matlab(
+        {n: {"Name": n, "Time": of(n)[0], "Data": of(n)[1], "DataInfo": {"Units": UNITS[n]}} for n in UNITS}
+    )
+
+
+def netcdf(of=slow, units="milliseconds since 2024-05-13"):
+    data = xr.Dataset()
+    for n in UNITS:
+        dim = "time_u" if n == "u" else "time"
+        data[n] = (dim, of(n)[1], {"units": UNITS[n]})
+        data[dim] = (dim, 1e3 * of(n)[0], {"units": units})
+    return bytes(data.to_netcdf())
+
+
+def hdf5(matlab_73=False):
+    import h5py
+
+    def write(file):
+        with h5py.File(file, "w", userblock_size=512 if matlab_73 else 0) as h5:
+            for name, signal in vectors().items():
+                h5[name if matlab_73 else f"bench/{name}"] = np.asarray(signal)[None]
+
+    content = in_memory(write)
+    return b"MATLAB 7.3 MAT-file".ljust(128) + content[128:] if matlab_73 else content
+
+
+def tdms(of=slow):
+    import nptdms
+
+    channels = []
+    for n in UNITS:
+        t, values = of(n)
+        start = np.datetime64("2024-05-13T10:00:00") if n == "u" else np.datetime64("2024-05-13T09:59:59.900")
+        wave = {
+            "wf_increment": float(t[1]),
+            "wf_start_offset": 0.0 if n == "u" else 0.1,
+            "wf_start_time": start,
+        }
+        channels.append(
+            nptdms.ChannelObject(f"rate {t[1]}", n, values, properties={"unit_string": UNITS[n], **wave})
+        )
+
+    def write(file):
+        with nptdms.TdmsWriter(file) as writer:
+            writer.write_segment(channels)
+
+    return in_memory(write)
+
+
+def mdf(of=slow):
+    import asammdf
+
+    with tempfile.TemporaryDirectory() as folder, asammdf.MDF(version="4.10") as file:
+        for names in (("u",), ("x", "P_A", "P_B")):
+            file.append([asammdf.Signal(of(n)[1], of(n)[0] + 3.0, name=n, unit=UNITS[n]) for n in names])
+        return file.save(Path(folder) / "a.mf4", overwrite=True).read_bytes()
+
+
+def stamped():
+    iso = pd.Timestamp("2024-05-13T10:11:12") + pd.to_timedelta(TIME, unit="s")
+    return named(",", time="Time") + rows([stamp.isoformat() for stamp in iso])
+
+
+def clock_times():
+    return named(";", time="Zeit") + rows(
+        [f"10:{11 + int(t) // 60:02}:{t % 60:09.6f}" for t in TIME], sep=";"
+    )
+
+
+COMMON = {  # one rate
+    "commas, time in ms": ("a.csv", lambda: named(",") + rows(MS)),
+    "packed": ("a.csv.gz", lambda: gzip.compress((named(",") + rows(MS)).encode(), mtime=0)),
+    "semicolons, decimal commas, Latin-1": (
+        "a.csv",
+        lambda: ("Prüfstand 3;22 °C\n" + named(";") + rows(MS, sep=";", decimal=",")).encode("latin-1"),
+    ),
+    "decimal commas in quotes": ("a.csv", lambda: named(",") + rows(MS, decimal=",", quoting=1)),
+    "thousands separators": ("a.csv", grouped),
+    "tabs below comments": ("a.txt", lambda: "# bench 3, 12 May\n#\n" + named("\t") + rows(MS, sep="\t")),
+    "spaces, commented header with commas": ("a.exp", lambda: "#" + named(",", "{}({})") + rows(MS, sep=" ")),
+    "row of units": ("a.csv", lambda: "Time;u;x;P_A;P_B\n[ms];[V];[mm];[bar a];[bara]\n" + rows(MS, sep=";")),
+    "ControlDesk's CSV": (
+        "a.csv",
+        lambda: (
+            'descriptions\nversion,1.5\nrecorder,"Recorder 1"\ntrace_names\n'
+            "Time,u,x,P_A,P_B\ns,V,mm,bar,bar\ntrace_values\n" + rows()
+        ),
+    ),
+    "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(MS, sep="\t")).encode("utf-16")),
+    "ISO stamps": ("a.csv", stamped),
+    "time of day": ("a.csv", clock_times),
+    "MATLAB's writetimetable": (
+        "a.csv",
+        lambda: named(",", time="Time") + rows([f"{t!r} sec" for t in TIME.tolist()]),
+    ),
+    "TwinCAT Scope": ("a.csv", scope),
+    "LabVIEW with a column of time": ("a.lvm", labview),
+    "LabVIEW without, commas": ("a.lvm", lambda: labview(",", "No")),
+    "LabVIEW in segments": ("a.lvm", lambda: labview(segments=4)),
+    "rostopic": ("a.csv", rostopic),
+    "ROS 2, sec and nanosec": ("a.csv", sec_nanosec),
+    "MATLAB 4": ("a.mat", lambda: matlab(vectors(), format="4")),
+    "MATLAB 7": ("a.mat", lambda: matlab(vectors(), do_compression=True)),
+    "MATLAB 7.3": ("a.mat", lambda: hdf5(True)),
+    "MATLAB, To Workspace": ("a.mat", to_workspace),
+    "MATLAB, dSPACE": ("a.mat", controldesk),
+    "HDF5": ("a.h5", hdf5),
+    "Parquet": ("a.parquet", lambda: in_memory(lambda f: frame().to_parquet(f))),
+    "Parquet, timedeltas": (
+        "a.parquet",
+        lambda: in_memory(lambda f: frame("t").assign(t=pd.to_timedelta(TIME, unit="s")).to_parquet(f)),
+    ),
+    "Feather": ("a.feather", lambda: in_memory(lambda f: frame().to_feather(f))),
+    "Excel": ("a.xlsx", lambda: in_memory(lambda f: frame().to_excel(f, index=False, engine="openpyxl"))),
+}
+RATES = {  # the command more slowly
+    "TwinCAT Scope": ("a.csv", lambda: scope(slow)),
+    "Data Inspector": ("a.csv", inspector),
+    "LabVIEW, two increments": ("a.lvm", lambda: labview(columns="No", of=slow)),
+    "LabVIEW, pairs of columns": ("a.lvm", labview_pairs),
+    "PlotJuggler": ("a.csv", plotjuggler),
+    "MATLAB, time series": ("a.mat", time_series),
+    "NetCDF": ("a.nc", netcdf),
+    "TDMS": ("a.tdms", tdms),
+    "MDF": ("a.mf4", mdf),
+}
+LIBRARIES = {
+    **{".parquet": "pyarrow", ".feather": "pyarrow", ".xlsx": "openpyxl", ".h5": "h5py"},
+    **{".tdms": "nptdms", ".mf4": "asammdf"},
+}
+
+
+def content(kind):
+    """Name and bytes of one of the files."""
+    name, make = {**COMMON, **{f"two rates: {k}": v for k, v in RATES.items()}}[kind]
+    made = make()
+    return name, made.encode() if isinstance(made, str) else made
