@@ -90,7 +90,8 @@ def test_a_row_can_stand_for_a_models_name_and_models_without_n_need_none(run):
     ("options", "words"),
     [
         *(({}, "exactly one"), ({"command": COMMAND, "reference": COMMAND}, "exactly one")),
-        *(({"command": wrong}, "command") for wrong in ([1.0], [1.0, np.nan], [[1.0, 2.0]])),
+        *(({"command": wrong}, "command") for wrong in ([1.0], [1.0, np.nan])),
+        ({"command": [[1.0, 2.0]]}, "u_A"),
         *(({"reference": COMMAND}, "k_p"), ({"h": 0.0, "command": COMMAND}, "h = 0")),
     ],
 )

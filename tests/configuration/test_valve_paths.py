@@ -136,7 +136,8 @@ def test_the_command_line_simulates_studies_and_fits_with_a_curve(inside, tmp_pa
     )
     assert held_out < 1.5 < 5 < float(err.split("full: rms ")[1].split()[0])  # kPa
     fitted = pneumo.load(tmp_path / "fit" / "fitted.yaml").cylinders["mine"].valve.curve
-    assert max(fitted.C_dm3_per_sbar) == pytest.approx(1.5, rel=0.02) and len(fitted.u_V) == 7
+    # As the valve's C in other records of 3 s: within some 3 %.
+    assert max(fitted.C_dm3_per_sbar) == pytest.approx(1.5, rel=0.03) and len(fitted.u_V) == 7
 
 
 @pytest.mark.parametrize(
