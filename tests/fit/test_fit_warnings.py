@@ -184,7 +184,9 @@ def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
     # M8 has the exhaust and the sensor as they were found, and so only its own error.
     plain = fit_measurement(measurement, plant, ["M8"])
     # The exhaust is fitted in any case; what is left is the sensor.
-    named = any(re.search(r"an offset of (7\.[89]|8)[\d.]* kPa of the sensor of P_A", text) for text in plain.warnings)
+    named = any(
+        re.search(r"an offset of (7\.[89]|8)[\d.]* kPa of the sensor of P_A", text) for text in plain.warnings
+    )
     assert named, plain.warnings
     residual = (found.data["P"] - found.data["pressure"].sel(model="M8")).mean("t")
     assert abs(residual).max() < 8e3 / 2  # Pa: what M8 lacks, but not the offset
