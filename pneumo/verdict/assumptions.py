@@ -6,8 +6,6 @@ from typing import Any
 
 from pneumo.verdict.entries import Entry, read_entries
 
-AS_TAKEN = "as_taken"  # name of the unchanged study among the alternatives
-
 
 class Assumption(Entry):
     """One entry of ``assumptions.yaml``."""

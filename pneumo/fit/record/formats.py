@@ -29,7 +29,6 @@ LARGEST_FILE = 200_000_000  # bytes
 COMPRESSED, CHUNK = 15, 1 << 20  # type of a packed variable of MATLAB; bytes unpacked at once
 MOST_NUMBERS = 50_000_000  # of all channels together: 400 MB
 DATA, TIME = ("Data", "data", "values", "Values"), ("Time", "time", "t")
-TEXT_TYPES = ("iuf", "bOU")
 
 
 def given_channels(source: "pd.DataFrame | xr.Dataset") -> list[Channel]:

@@ -67,9 +67,6 @@ RANGE = re.compile(
     rf"(?P<before>V|mA|%)?\s*[\[(]?(?P<low>{NUMBER})\s*(?:\.\.\.?|to|-)\s*(?P<high>{NUMBER})[\])]?\s*(?P<behind>V|mA|%)?"
 )
 ON_OFF = "0/1"
-MOST_CURRENT = (3.5, 20.6)  # mA, of a loop of 4 to 20 mA: NAMUR NE 43
-
-
 STANDARD_ATMOSPHERE = 101325.0  # Pa
 
 
