@@ -1,10 +1,14 @@
 # The paper's study from configuration to figures: `snakemake -j2`.
 # Another study on top of it: `snakemake -j2 --configfile config/smoke.yaml`.
 # Your own cylinders, from `pneumo init`, or a table of them: `snakemake -j2 --configfile my.yaml`.
+import os
 import shlex
 import sys
 
 from snakemake.utils import min_version
+
+sys.path.insert(0, "")  # for paper.study, which is not installed, and for the scripts of jobs:
+os.environ["PYTHONPATH"] = os.pathsep.join([".", *filter(None, [os.environ.get("PYTHONPATH")])])
 
 from pneumo.jobs.checked_study import (
     as_written,
@@ -17,7 +21,7 @@ from pneumo.jobs.checked_study import (
 from pneumo.jobs.fleet_plan import checked_fleet
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
 from pneumo.jobs.run_lock import check_run_folder, is_dry_run, set_damaged_aside, take_run_lock
-from pneumo.publish.labels import shown
+from paper.study.labels import shown
 
 min_version("9.27")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.disturbances import DISTURBANCES, DURATION, SINGLE
-from pneumo.publish.text.markdown_tables import markdown_table
+from paper.study.text.markdown_tables import markdown_table
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/static/fit_bench.json"

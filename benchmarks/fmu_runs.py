@@ -20,11 +20,11 @@ import numpy as np
 import xarray as xr
 from fmpy.fmi2 import FMU2Slave, fmi2Real, fmi2ValueReference
 
+from paper.study import PAPERS
 from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.parameters import load, study
 from pneumo.equations.system import FULL_ORDER
 from pneumo.export import exported, write_files
-from pneumo.papers import PAPERS
 from pneumo.simulation.excitation import command, reference_series, reversed_at, reversed_late
 
 OUTPUTS = ("x", "v", "P_A", "P_B", "T_A", "T_B")

@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 
 from benchmarks.fmu_runs import fmu_run
+from paper.study import PAPERS
 from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.parameters import load, study
-from pneumo.papers import PAPERS
 from pneumo.simulation.full_order import STATE, record
 from pneumo.storage.files import read_json
 

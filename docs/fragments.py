@@ -10,14 +10,14 @@ from typer.cli import get_docs_for_click
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from paper.study.paper_2006.paper import PAPER_2006
+from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.cli.commands import app
 from pneumo.fit.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE
 from pneumo.fit.record.formats import FORMATS
 from pneumo.fit.rig.rig_file import QUANTITIES, TEXTS, key
-from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.publish.text.markdown_tables import markdown_table as table
 from pneumo.verdict.errata import Erratum, read_errata
 
 ROOT = Path(__file__).parents[1]

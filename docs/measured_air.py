@@ -6,8 +6,7 @@ import numpy as np
 import xarray as xr
 from fragments import span, table
 
-from pneumo.catalogue import measured_conductances
-from pneumo.evidence.measured_air import (
+from paper.study.measured_air import (
     EQ_7,
     LAWS_OF_WALL,
     NITROGEN,
@@ -17,6 +16,7 @@ from pneumo.evidence.measured_air import (
     nitrogen_points,
     records,
 )
+from pneumo.catalogue import measured_conductances
 from pneumo.fit.closed.thermal_laws import read_closed_record
 from pneumo.fit.rig.rig_replay import ADIABATIC, rms
 from pneumo.physics.cylinder import wetted_area

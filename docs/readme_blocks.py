@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 from fragments import ROOT, stored_numbers, table
 
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import Model
 from pneumo.verdict.judging import STATUSES, read_statuses
 

@@ -5,8 +5,8 @@ from typing import Any
 
 from fragments import table
 
-from pneumo.papers import PAPERS
-from pneumo.publish.pages.verdict_page import SIMULATORS
+from paper.study import PAPERS
+from paper.study.pages.verdict_page import SIMULATORS
 
 FILE = PAPERS / "2006" / SIMULATORS
 

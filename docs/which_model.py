@@ -7,7 +7,7 @@ import xarray as xr
 from fragments import span, table
 
 import pneumo
-from pneumo.papers.paper_2006.summary import LEVELS
+from paper.study.paper_2006.summary import LEVELS
 from pneumo.physics.models import MODELS
 from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.statistics.averages import at_n, best_n, concatenated

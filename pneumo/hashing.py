@@ -21,7 +21,7 @@ STATEMENTS = ast.stmt | ast.excepthandler | ast.match_case  # that may contain a
 
 
 def _source(module: str) -> Path | None:
-    """File of a pneumo module or package; None if there is no such module."""
+    """File of a module or package of pneumo or, in a checkout, of `paper.study`; None if there is none."""
     path = ROOT.parent.joinpath(*module.split("."))
     candidates = (path.with_suffix(".py"), path / "__init__.py")
     return next((file for file in candidates if file.exists()), None)
@@ -44,7 +44,7 @@ def _imported(text: str) -> frozenset[str]:
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         nodes += [child for child in ast.iter_child_nodes(node) if isinstance(child, STATEMENTS)]
-    return frozenset(name for name in names if name.split(".")[0] == "pneumo")
+    return frozenset(name for name in names if name.split(".")[0] in ("pneumo", "paper"))
 
 
 def modules_behind(*modules: str) -> list[str]:

@@ -131,7 +131,7 @@ def printed_once(tmp_path_factory) -> Path:
     """The printed study, for tests of group "printed", which must not change it."""
     from printed_study import write_printed_study
 
-    from pneumo.papers.paper_2006.erratum_proofs import PROOFS
+    from paper.study.paper_2006.erratum_proofs import PROOFS
 
     PROOFS.update({name: cache(proof) for name, proof in PROOFS.items()})  # printed values do not change
     return write_printed_study(tmp_path_factory.mktemp("printed") / "results")
@@ -139,7 +139,7 @@ def printed_once(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def _judged_once(printed_once) -> dict:
-    from pneumo.papers.paper_2006.paper import PAPER_2006
+    from paper.study.paper_2006.paper import PAPER_2006
     from pneumo.verdict.judging import verdict
 
     return verdict(printed_once, PAPER_2006)

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from paper_study import STUDY
 
+from paper.study.paper_2006.printed_tables import PAPER_FOLDER, table5
+from paper.study.paper_2006.results import PrintedTables
 from pneumo.configuration.study_json import to_json
-from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER, table5
-from pneumo.papers.paper_2006.results import PrintedTables
 from pneumo.physics.models import MODELS, lane
 from pneumo.storage.files import write, write_json
 from pneumo.storage.layout import experiment_labels

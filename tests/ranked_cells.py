@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answer
 from pneumo.selection.cylinder_ranking import OFF_PLANTS

@@ -17,8 +17,8 @@ from markdown_it.token import Token
 from typer.testing import CliRunner
 
 import pneumo
+from paper.study.paper_2006.paper import PAPER_2006
 from pneumo.cli import commands as cli
-from pneumo.papers.paper_2006.paper import PAPER_2006
 from pneumo.verdict.errata import read_errata
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"

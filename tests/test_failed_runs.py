@@ -8,21 +8,21 @@ import pytest
 from paper_study import STUDY
 from printed_study import save
 
+from paper.study.figures.paper_figures import fig07
+from paper.study.figures.traces_figure import time_traces
+from paper.study.pages.verdict_page import verdict_page
+from paper.study.paper_2006.paper import PAPER_2006
+from paper.study.paper_2006.printed_tables import table7
+from paper.study.settling_times import settling_table
+from paper.study.text.explain import cell_text
+from paper.study.text.markdown_tables import table_7
 from pneumo.configuration.sampling import EXACT_SAMPLING
-from pneumo.papers.paper_2006.paper import PAPER_2006
-from pneumo.papers.paper_2006.printed_tables import table7
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.paper_figures import fig07
-from pneumo.publish.figures.traces_figure import time_traces
-from pneumo.publish.pages.verdict_page import verdict_page
-from pneumo.publish.text.explain import cell_text
-from pneumo.publish.text.markdown_tables import table_7
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import statistics
-from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import open_grid, read
 from pneumo.storage.grid_layout import replay_dataset
 from pneumo.storage.layout import datum_dataset, failure_text, settling_dataset

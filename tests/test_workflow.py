@@ -65,7 +65,7 @@ def test_so_are_figures_and_the_paper_of_2007(smoke_study):
 
 
 MODEL = "pneumo/physics/models.py", '("M4",  1.2,', '("M4",  1.25,'
-FIGURE = "pneumo/publish/figures/traces_figure.py", "import xarray as xr", "import xarray as xr\n\nEDITED = 1"
+FIGURE = "paper/study/figures/traces_figure.py", "import xarray as xr", "import xarray as xr\n\nEDITED = 1"
 DURATION = "config/smoke.yaml", "duration_limit_s: 3.0", "duration_limit_s: 2.0"
 
 

@@ -4,6 +4,7 @@ import os
 import sys
 from contextlib import suppress
 from io import TextIOWrapper
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -13,12 +14,6 @@ from pneumo.cli import INTERRUPTED
 from pneumo.cli.cylinder_commands import check, init, study
 from pneumo.cli.fit_commands import fit, show
 from pneumo.cli.model_commands import export, linearise, models
-from pneumo.cli.paper_commands import (
-    explain,
-    figures,
-    verdict,
-    verify,
-)
 from pneumo.cli.rig_commands import rig
 from pneumo.cli.run_commands import simulate
 
@@ -28,25 +23,15 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-paper = typer.Typer(help="Reproduction of the paper: verdict and evidence.")
-app.add_typer(paper, name="paper")
-
 for command in (init, check, simulate, study, show, fit, rig, linearise, export, models):
     app.command()(command)
-for command in (verdict, explain, figures, verify):
-    paper.command()(command)
 
+CHECKOUT = Path(__file__).resolve().parents[2]
+if (CHECKOUT / "paper/study").is_dir():  # an installed wheel does not reproduce papers
+    sys.path.append(str(CHECKOUT))
+    from paper.study.commands import paper
 
-@paper.callback()
-def in_checkout() -> None:
-    """Refuse the commands of the reproduction in an installed wheel, which lacks the paper's tables."""
-    from pneumo.errors import InputError
-    from pneumo.papers import PAPERS
-
-    if not PAPERS.is_dir():
-        raise InputError(
-            "`pneumo paper` needs a checkout of the project: clone it and run `make reproduce` there"
-        )
+    app.add_typer(paper, name="paper")
 
 
 def _print_version(wanted: bool) -> None:

@@ -40,12 +40,14 @@ def kept_or_made(results: str, study: Study, name: str) -> str:
 
 def page_templates(template: str) -> list[str]:
     """Return the file of a page's template and those of all that it includes, each once."""
-    folder, files = Path("pneumo/publish/pages/templates"), [template]
-    for name in files:  # grows while it is read
-        text = (folder / name).read_text(encoding="utf-8")
+    folders = (Path("pneumo/publish/pages/templates"), Path("paper/study/pages/templates"))
+    names, files = [template], list[Path]()
+    for name in names:  # grows while it is read
+        files.append(next(folder / name for folder in folders if (folder / name).is_file()))
+        text = files[-1].read_text(encoding="utf-8")
         included = re.findall(r'{% (?:extends|include|from) "([^"]+)"(?! ignore missing)', text)
-        files += [other for other in included if other not in files]
-    return [str(folder / name) for name in dict.fromkeys(files)]
+        names += [other for other in included if other not in names]
+    return [str(file) for file in files]
 
 
 def fingerprints(files: Sequence[str]) -> dict[str, str]:

@@ -8,14 +8,14 @@ from statistics import fmean, stdev
 import pytest
 from scipy.stats import t
 
+from paper.study.paper_2007.printed_tables import COLUMNS
+from paper.study.paper_2007.results import Results
 from pneumo.catalogue import (
     coefficient_times_length,
     conductance_factor,
     default_conductance,
     measured_conductances,
 )
-from pneumo.papers.paper_2007.printed_tables import COLUMNS
-from pneumo.papers.paper_2007.results import Results
 from pneumo.physics.cylinder import Cylinder, chamber_of, volume, wetted_area
 
 PAPER = Path(__file__).parents[2] / "paper" / "2007"

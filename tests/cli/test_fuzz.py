@@ -25,8 +25,7 @@ from checkout import PNEUMO, ROOT
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import pneumo.fit.estimate
-import pneumo.papers.paper_2006.paper  # noqa: F401
+import paper.study.paper_2006.paper  # noqa: F401
 from pneumo.cli import commands as cli
 
 TRIES = int(os.environ.get("FUZZ", "500"))

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo.configuration.parameters import load, read_yaml, study
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from brief import in_brief
 
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo.configuration.parameters import read_yaml
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from tests.crosscheck.octave import CONFIG, EXPERIMENTS, OCTAVE, TOLERANCE, compared, largest, numbers, worst
 
 BRIEF = (EXPERIMENTS[0], 0.25)

@@ -8,10 +8,10 @@ from checkout import ROOT
 from exported_c import C_COMPILER, CompiledModel
 
 from benchmarks import exported_c as cost
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo import MODELS
 from pneumo.equations.system import FULL_ORDER, METHODS, system
 from pneumo.export import exported
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import lane, temperature
 
 

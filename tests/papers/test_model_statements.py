@@ -7,11 +7,11 @@ import pytest
 import xarray as xr
 from paper_study import STUDY
 
-from pneumo.papers.paper_2006 import model_statements as s
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
-from pneumo.papers.paper_2006.printed_tables import read_table
-from pneumo.papers.paper_2006.results import StudyResults
-from pneumo.papers.paper_2006.table_cells import best_index, ten_settling_times
+from paper.study.paper_2006 import model_statements as s
+from paper.study.paper_2006.paper_models import PAPER_MODELS
+from paper.study.paper_2006.printed_tables import read_table
+from paper.study.paper_2006.results import StudyResults
+from paper.study.paper_2006.table_cells import best_index, ten_settling_times
 
 MODELS = list(PAPER_MODELS)
 MSE = dict(zip(MODELS, [500.0, 60.0, 120.0, 2800.0, 24.0, 21.0, 13.0, 11.6, 11.2, 11.3], strict=True))

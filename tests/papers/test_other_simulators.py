@@ -7,11 +7,11 @@ import xarray as xr
 from paper_study import STUDY, lasting
 from typer.testing import CliRunner
 
+from paper.study.pages.verdict_page import verdict_page
+from paper.study.paper_2006 import other_simulators as other
 from pneumo.cli.commands import app
 from pneumo.errors import ResultError
-from pneumo.papers.paper_2006 import other_simulators as other
 from pneumo.physics.models import MODELS
-from pneumo.publish.pages.verdict_page import verdict_page
 from pneumo.simulation.full_order import record
 from pneumo.simulation.signals import PUBLISHED, study_sampling
 from pneumo.storage.grid_layout import replayed_grid

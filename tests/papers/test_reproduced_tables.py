@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.papers.paper_2006.printed_tables import table5, table7, table8, table9
+from paper.study.paper_2006.printed_tables import table5, table7, table8, table9
 from pneumo.storage.files import open_grid
 
 pytestmark = pytest.mark.results

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from checkout import edit
 
-from pneumo.papers.paper_2007 import results as results_2007
-from pneumo.papers.paper_2007.coefficient_trend import trend
-from pneumo.papers.paper_2007.paper import PAPER_2007
-from pneumo.papers.paper_2007.printed_tables import COLUMNS
-from pneumo.papers.paper_2007.results import INPUTS, Results
-from pneumo.papers.paper_2007.simulated_example import READINGS, TAKEN, example
-from pneumo.publish.figures import conductance_figures as figures
-from pneumo.publish.pages.verdict_page import verdict_page
+from paper.study.figures import conductance_figures as figures
+from paper.study.pages.verdict_page import verdict_page
+from paper.study.paper_2007 import results as results_2007
+from paper.study.paper_2007.coefficient_trend import trend
+from paper.study.paper_2007.paper import PAPER_2007
+from paper.study.paper_2007.printed_tables import COLUMNS
+from paper.study.paper_2007.results import INPUTS, Results
+from paper.study.paper_2007.simulated_example import READINGS, TAKEN, example
 from pneumo.storage.files import write
 from pneumo.verdict.claims import read_claims
 from pneumo.verdict.judging import Judge, read_statuses, verdict

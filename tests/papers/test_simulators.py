@@ -12,7 +12,7 @@ from exported_c import C_COMPILER
 from paper_study import STUDY, lasting
 
 import pneumo
-from pneumo.papers.paper_2006 import other_simulators as other
+from paper.study.paper_2006 import other_simulators as other
 from pneumo.simulation.excitation import normal_deviates
 from pneumo.simulation.full_order import record
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from paper_study import STUDY
 
-from pneumo.papers.paper_2006.equation_checks import largest_flow
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS, table_1_row
-from pneumo.papers.paper_2006.printed_tables import read_table
-from pneumo.papers.paper_2006.results import StudyResults
-from pneumo.papers.paper_2006.run_statements import turning_points
-from pneumo.papers.paper_2006.summary import scores
+from paper.study.paper_2006.equation_checks import largest_flow
+from paper.study.paper_2006.paper_models import PAPER_MODELS, table_1_row
+from paper.study.paper_2006.printed_tables import read_table
+from paper.study.paper_2006.results import StudyResults
+from paper.study.paper_2006.run_statements import turning_points
+from paper.study.paper_2006.summary import scores
 from pneumo.physics.valve import choked_flow
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.papers.paper_2006.doubt_arguments import columns_of_table_8
-from pneumo.papers.paper_2006.numbers_of_tables import TABLES, printed_numbers
-from pneumo.papers.paper_2006.printed_tables import table7, table8
-from pneumo.papers.paper_2006.table_likelihood import TableLikelihood
+from paper.study.paper_2006.doubt_arguments import columns_of_table_8
+from paper.study.paper_2006.numbers_of_tables import TABLES, printed_numbers
+from paper.study.paper_2006.printed_tables import table7, table8
+from paper.study.paper_2006.table_likelihood import TableLikelihood
 
 PRINTED = printed_numbers()
 SEEDS = PRINTED["printed"].to_numpy() + np.random.default_rng(3).normal(0.0, 0.2, (40, len(PRINTED)))

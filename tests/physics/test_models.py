@@ -7,8 +7,8 @@ from hypothesis import given, target
 from hypothesis import strategies as st
 from model_rates import arguments, evaluate, scale_of
 
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo import testing as some
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import MODELS, WALL_LAWS, Lane, lane, lane_array, temperature
 
 EPS = np.finfo(float).eps

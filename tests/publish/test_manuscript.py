@@ -7,7 +7,7 @@ import pytest
 import typst
 from checkout import ROOT
 
-from pneumo.publish.text import manuscript as m
+from paper.study.text import manuscript as m
 from pneumo.storage.files import read_json
 
 FOLDER = ROOT / "paper/manuscript"

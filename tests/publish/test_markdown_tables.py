@@ -3,9 +3,9 @@
 import pytest
 import xarray as xr
 
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
-from pneumo.papers.paper_2006.printed_tables import table7
-from pneumo.publish.text.markdown_tables import table_7
+from paper.study.paper_2006.paper_models import PAPER_MODELS
+from paper.study.paper_2006.printed_tables import table7
+from paper.study.text.markdown_tables import table_7
 
 SHARES = [1.25, 1.0]  # reproduced over published, overall and at another level
 

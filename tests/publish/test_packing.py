@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from packed_traces import unpacked
 
-from pneumo.publish.pages import packing
-from pneumo.publish.pages.packing import LEAST_STEP, MISSING, packed, rounded, rounding_step
+from paper.study.pages import packing
+from paper.study.pages.packing import LEAST_STEP, MISSING, packed, rounded, rounding_step
 
 short = st.integers(-(2**15), 2**15 - 1)
 

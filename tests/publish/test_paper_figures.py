@@ -14,11 +14,11 @@ from invented_cells import cells_of
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from pneumo.papers.paper_2006.printed_tables import table7, table9, traces_of_fig_7, with_percentiles
+from paper.study.figures import paper_figures as figures
+from paper.study.figures.traces_figure import mse_over_n, time_traces
+from paper.study.paper_2006.printed_tables import table7, table9, traces_of_fig_7, with_percentiles
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures import paper_figures as figures
 from pneumo.publish.figures.panels import symbol
-from pneumo.publish.figures.traces_figure import mse_over_n, time_traces
 from pneumo.publish.model_looks import TRACED_MODELS
 from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, TYPE_SIZE, drawn_for, paper_style
 from pneumo.statistics.averages import statistics

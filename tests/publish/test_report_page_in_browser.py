@@ -15,8 +15,8 @@ from page_checks import FRAMES, assert_accessible, assert_quiet, assert_readable
 from paper_study import STUDY as PAPER
 from paper_study import lasting
 
+from paper.study.pages.report_page import experiment_text, part, report_page
 from pneumo.physics.models import MODELS
-from pneumo.publish.pages.report_page import experiment_text, part, report_page
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay

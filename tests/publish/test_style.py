@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo.publish.model_looks import PAPER_LOOKS, looks_of
 from pneumo.publish.style import SOURCE_BAR, SOURCE_MARKER, new_figure, paper_style, save
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from paper_study import STUDY
 
+from paper.study.paper_2006 import printed_tables as published
 from pneumo.errors import RunError
-from pneumo.papers.paper_2006 import printed_tables as published
 from pneumo.simulation import settling
 from pneumo.simulation.full_order import NOT_POSITIVE, Run, equilibrium, run
 from pneumo.simulation.replay import STATUS

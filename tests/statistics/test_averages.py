@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from invented_cells import cells_of
 from paper_study import STUDY
 
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo.statistics.averages import OVERALL, best_n, statistics
 
 EPS = np.finfo(float).eps

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
 
-from pneumo.statistics.likelihood import chi_square, shrunk_covariance
+from paper.study.paper_2006.likelihood import chi_square, shrunk_covariance
 
 
 def test_white_noise_has_no_correlations_left_and_many_samples_keep_theirs():

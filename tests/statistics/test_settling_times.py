@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 from paper_study import STUDY
 
-from pneumo.papers.paper_2006 import printed_tables as published
-from pneumo.statistics.settling_times import settling_table
+from paper.study.paper_2006 import printed_tables as published
+from paper.study.settling_times import settling_table
 
 
 def settling_part(name, times):

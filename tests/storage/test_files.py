@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 
 import pneumo
+from paper.study.settling_times import settling_table
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
@@ -28,7 +29,6 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import statistics
-from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import attributes, damaged, open_grid, read, read_json, write, write_json
 from pneumo.storage.grid_layout import replay_dataset
 from pneumo.storage.layout import datum_dataset, recording_from, settling_dataset

@@ -8,10 +8,10 @@ import pytest
 import yaml
 from checkout import ROOT, edit
 
-from pneumo.papers.paper_2006.computations import COMPUTATIONS
-from pneumo.papers.paper_2006.erratum_proofs import PROOFS
-from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
-from pneumo.papers.paper_2006.summary import LEVELS
+from paper.study.paper_2006.computations import COMPUTATIONS
+from paper.study.paper_2006.erratum_proofs import PROOFS
+from paper.study.paper_2006.printed_tables import PAPER_FOLDER
+from paper.study.paper_2006.summary import LEVELS
 from pneumo.verdict import PaperError
 from pneumo.verdict.assumptions import read_assumptions
 from pneumo.verdict.claims import BASES, read_claims

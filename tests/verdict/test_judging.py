@@ -11,13 +11,13 @@ from brief import in_brief
 from checkout import edit
 from typer.testing import CliRunner
 
+from paper.study.known_papers import current_verdict
+from paper.study.paper_2006.erratum_proofs import PROOFS
+from paper.study.paper_2006.paper import PAPER_2006
+from paper.study.paper_2006.results import StudyResults
 from pneumo.cli.commands import app
 from pneumo.configuration.study_json import from_json, to_json
 from pneumo.errors import ResultError
-from pneumo.papers.known_papers import current_verdict
-from pneumo.papers.paper_2006.erratum_proofs import PROOFS
-from pneumo.papers.paper_2006.paper import PAPER_2006
-from pneumo.papers.paper_2006.results import StudyResults
 from pneumo.storage import kept_evidence
 from pneumo.storage.files import read_json, write, write_json
 from pneumo.verdict.claims import READ_OFF, read_claims

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pneumo.papers.paper_2006 import printed_tables as published
-from pneumo.papers.paper_2006 import setup_checks
-from pneumo.papers.paper_2006.paper_models import PAPER_MODELS
-from pneumo.papers.paper_2006.setup_checks import rows_within
+from paper.study.paper_2006 import printed_tables as published
+from paper.study.paper_2006 import setup_checks
+from paper.study.paper_2006.paper_models import PAPER_MODELS
+from paper.study.paper_2006.setup_checks import rows_within
 from pneumo.verdict import PaperError
 
 EPS = np.finfo(float).eps

@@ -6,8 +6,8 @@ A number that gets worse fails, and so does one that gets better without being r
 
 import pytest
 
-from pneumo.papers.paper_2006.paper import PAPER_2006
-from pneumo.papers.paper_2006.printed_tables import PAPER_FOLDER
+from paper.study.paper_2006.paper import PAPER_2006
+from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from pneumo.verdict.judging import Judge, read_statuses
 
 RECORDED = read_statuses(PAPER_FOLDER)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.publish.pages.page import TEMPLATES
-from pneumo.publish.pages.verdict_page import verdict_page
+from paper.study.pages import STUDY_TEMPLATES
+from paper.study.pages.verdict_page import verdict_page
 from pneumo.verdict import claims as verdict_room
 from pneumo.verdict.judging import EXACT_AS, Paper, verdict
 from pneumo.verdict.power import NO_MISTAKE
@@ -178,8 +178,8 @@ def test_an_item_that_no_mistake_loses_is_set_up(toy):
 
 def test_engine_and_templates_name_no_paper_table_or_model():
     room = Path(verdict_room.__file__).parent
-    files = [*room.glob("*.py"), *(TEMPLATES / name for name in ("verdict.html.j2", "verdict.js"))]
-    files.append(TEMPLATES.parent / "verdict_page.py")
+    files = [*room.glob("*.py"), *(STUDY_TEMPLATES / name for name in ("verdict.html.j2", "verdict.js"))]
+    files.append(STUDY_TEMPLATES.parent / "verdict_page.py")
     named = re.compile(r"\b(19|20)\d\d\b|[Tt]ables? \d|Figs?\. ?\d|\b(M|E)\d+\b|\btable\d")
     lines = [
         f"{file.name}: {line.strip()}"

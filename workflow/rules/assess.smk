@@ -47,7 +47,7 @@ rule verdict:
         "<results>/logs/verdict.log",
     params:
         name="2006",
-        code=code_behind("verdict.py", "pneumo.papers.paper_2006.paper"),
+        code=code_behind("verdict.py", "paper.study.paper_2006.paper"),
     message:
         "Verdict: every published number and claim, and its page"
     script:

@@ -43,7 +43,7 @@ rule verdict_2007:
         "<results>/logs/verdict_2007.log",
     params:
         name="2007",
-        code=code_behind("verdict.py", "pneumo.papers.paper_2007.paper"),
+        code=code_behind("verdict.py", "paper.study.paper_2007.paper"),
     message:
         "Verdict on the paper of 2007, and its page"
     script:

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
+from paper.study.figures.saved_figures import save_figures
+from paper.study.paper_2006.printed_tables import table7
+from paper.study.text.markdown_tables import table_7
 from pneumo.jobs.wrapper import run_job
-from pneumo.papers.paper_2006.printed_tables import table7
-from pneumo.publish.figures.saved_figures import save_figures
-from pneumo.publish.text.markdown_tables import table_7
 from pneumo.storage.files import read, write_text
 
 

@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
+from paper.study.text.manuscript import compile_pdf, manuscript_numbers
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.text.manuscript import compile_pdf, manuscript_numbers
 from pneumo.storage.files import write_text
 
 

@@ -3,7 +3,7 @@
 from functools import partial
 from pathlib import Path
 
-from pneumo.evidence.measured_air import measured_air
+from paper.study.measured_air import measured_air
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 

@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
+from paper.study.pages.report_page import report_page, stored_parts
 from pneumo.jobs.wrapper import run_job
-from pneumo.publish.pages.report_page import report_page, stored_parts
 from pneumo.storage.files import read_json, read_study, write_text
 from pneumo.storage.kept_evidence import made
 

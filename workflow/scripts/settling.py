@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from paper.study.settling_times import settling_table
 from pneumo.jobs.wrapper import run_job
 from pneumo.simulation.settling import settle
-from pneumo.statistics.settling_times import settling_table
 from pneumo.storage.files import attributes, read, read_study, write
 from pneumo.storage.layout import settling_dataset
 

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+from paper.study.figures import conductance_figures
+from paper.study.paper_2007.coefficient_trend import trend
+from paper.study.paper_2007.results import Results
+from paper.study.paper_2007.simulated_example import example
 from pneumo.jobs.wrapper import run_job
-from pneumo.papers.paper_2007.coefficient_trend import trend
-from pneumo.papers.paper_2007.results import Results
-from pneumo.papers.paper_2007.simulated_example import example
-from pneumo.publish.figures import conductance_figures
 from pneumo.publish.style import save
 from pneumo.storage.files import attributes, read, write
 

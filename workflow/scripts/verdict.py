@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
+from paper.study.known_papers import PaperName, paper
+from paper.study.pages.verdict_page import verdict_page
 from pneumo.jobs.wrapper import run_job
-from pneumo.papers.known_papers import PaperName, paper
-from pneumo.publish.pages.verdict_page import verdict_page
 from pneumo.storage.files import write_json, write_text
 from pneumo.storage.kept_evidence import made
 from pneumo.verdict.judging import verdict

@@ -1,4 +1,4 @@
-"""Templates of all pages and their filters; symbol and meaning of each status."""
+"""Templates of all pages and their filters."""
 
 import math
 import re
@@ -13,25 +13,11 @@ from pneumo.verdict.claims import UNITS_IN_TEXT
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-STATUS_LOOKS = {  # status -> symbol, for readers without colour, and meaning
-    "exact": ("=", "equal at the printed digits, or true as stated"),
-    "close": ("≈", "inside its tolerance class"),
-    "explained": (
-        "†",
-        "differs; one named erratum, or one alternative assumption for the whole study, explains it",
-    ),
-    "contradicted": ("≠", "false, also by the paper's own formulas or tables"),
-    "missed": ("!", "differs, and nothing explains it"),
-}
 
-
-def page_text(template: str, folder: Path | None = None, **content: Any) -> str:
-    """Fill a template of `TEMPLATES`; inserted text is escaped, a missing name is an error.
-
-    A template may include others in `folder`.
-    """
+def page_text(template: str, *folders: Path, **content: Any) -> str:
+    """Fill a template of `TEMPLATES` or `folders`; inserted text is escaped, a missing name an error."""
     lines: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
-    loader = FileSystemLoader([TEMPLATES, folder] if folder else TEMPLATES)
+    loader = FileSystemLoader([TEMPLATES, *folders])
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, **lines)
     filters: dict[str, Any] = {"math": with_indices, "percent": percent_text, "on_log_axis": axis_fraction}
     filters["unit"] = lambda unit: UNITS_IN_TEXT.get(unit, unit)

@@ -1,1 +1,1 @@
-"""Text: tables, explanations of one item, and the manuscript."""
+"""Text: tables and numbers."""

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from paper.study.paper_2007 import simulated_example as example
 from pneumo.errors import InputError
 from pneumo.fit.closed.thermal_time_constant import exponential, mean_pressure, seven_steps, transient
 from pneumo.fit.record.measurement import Measurement
-from pneumo.papers.paper_2007 import simulated_example as example
 
 T = 1e-3 * np.arange(6001)
 VOLUME = example.V_D + example.AREA * example.STROKE / 2

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from independent_rig import BORE, CLOSES, OF_B, OPENS, TRUTH, simulated
 
-from pneumo.evidence.measured_air import PULSES, as_skin, as_store, records
+from paper.study.measured_air import PULSES, as_skin, as_store, records
 from pneumo.fit.engine import solve
 from pneumo.fit.rig.rig_file import key, rig
 from pneumo.fit.rig.rig_fit import (

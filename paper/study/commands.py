@@ -1,0 +1,157 @@
+"""``pneumo paper``: verdict and evidence of the reproduction.
+
+Modules are imported inside the functions, so that help and errors of usage are fast.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+from typer import Argument, Option
+
+from paper.study.known_papers import PaperName
+from pneumo.cli.options import output_to
+
+RESULTS = Path("results")
+MOST_NAMED = 5  # files in one line
+Results = Annotated[Path, Option(help="folder of results")]
+OfPaper = Annotated[PaperName, Option("--paper", help="which paper")]
+paper = typer.Typer(help="Reproduction of the paper: verdict and evidence.")
+
+
+@paper.command()
+def verdict(
+    results: Results = RESULTS,
+    paper: OfPaper = "2006",
+    record: Annotated[
+        bool, Option("--record", help="accept the new statuses: overwrite the paper's statuses.csv")
+    ] = False,
+    runs: Annotated[
+        Path | None, Option(help="judge runs of another simulator instead: a folder of E01.csv or E01.nc ...")
+    ] = None,
+    tool: Annotated[
+        str, Option(help="with --runs: name of the simulator, for the page")
+    ] = "another simulator",
+    output: Annotated[Path | None, output_to("with --runs: folder of the page [RUNS/verdict]")] = None,
+) -> None:
+    """Judge every claim; print counts, then what is missed.
+
+    Counts are by kind of evidence: of items, and of facts (items that state the same fact count once). Missed
+    items are sorted by size of deviation.
+    """
+    from paper.study.known_papers import current_verdict
+    from paper.study.text.verdict_text import verdict_lines
+    from pneumo.errors import ResultError
+
+    if runs is not None and (record or paper != "2006"):
+        raise ResultError("--runs: only for the paper of 2006, and without --record")
+    judged = _verdict_on(runs, tool, output or runs / "verdict") if runs else current_verdict(results, paper)
+    for line in verdict_lines(judged):
+        typer.echo(line)
+    if record:
+        from paper.study import PAPERS
+        from pneumo.storage.files import write_text
+        from pneumo.verdict.judging import statuses_text
+
+        write_text(statuses_text(judged["items"]), PAPERS / paper / "statuses.csv")
+
+
+def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
+    """Judge another simulator's runs, write ``verdict.json`` and its page, and return the verdict."""
+    import json
+
+    from paper.study import PAPERS
+    from paper.study.pages.verdict_page import verdict_page
+    from paper.study.paper_2006.other_simulators import verdict_on
+    from pneumo.configuration.parameters import load, study
+    from pneumo.storage.files import output_folder, write_json, write_text
+
+    paper = study(load(PAPERS.parent / "config/paper.yaml"))
+    with output_folder(out):
+        judged = verdict_on(runs, paper, tool, lambda text: typer.echo(text, err=True))
+        text = json.dumps(judged, ensure_ascii=False, indent=1, allow_nan=False)
+        write_json(f"{text}\n", out / "verdict.json")
+        write_text(verdict_page(judged, PAPERS / "2006"), out / "verdict.html")
+    return judged
+
+
+@paper.command()
+def figures(
+    results: Results = RESULTS,
+    style: Annotated[
+        Literal["paper", "talk"],
+        Option(help="paper: as the workflow does; talk: large type, for slides"),
+    ] = "paper",
+    output: Annotated[Path | None, output_to("folder to write [figures-STYLE]")] = None,
+) -> None:
+    """Draw the study's figures from its results, as SVG and PNG."""
+    from paper.study.figures.saved_figures import save_figures
+    from pneumo.publish.style import drawn_for
+    from pneumo.storage.files import output_folder
+
+    folder = output or Path(f"figures-{style}")
+    with output_folder(folder), drawn_for(style):
+        files = save_figures(results, folder)
+    typer.echo(f"{folder}: {len(files)} files written")
+
+
+@paper.command()
+def explain(
+    what: Annotated[
+        list[str], Argument(help="item of the verdict (T7.M8.mse) or cell of the grid (E07 M8 1.35)")
+    ],
+    paper: OfPaper = "2006",
+    results: Results = RESULTS,
+) -> None:
+    """Explain an item of the verdict or a cell of the grid."""
+    from paper.study import known_papers
+    from paper.study.text.explain import cell_text, item_text
+    from pneumo.errors import ResultError
+    from pneumo.verdict.judging import Judge, read_statuses
+
+    if len(what) == 3:
+        try:
+            n = float(what[2])
+        except ValueError:
+            raise ResultError(f"n = {what[2][:50]!r}: must be a number, such as 1.35") from None
+        return typer.echo(cell_text(results, what[0], what[1], n))
+    if len(what) != 1:
+        raise ResultError("name one item, such as T7.M8.mse, or one cell, such as E07 M8 1.35")
+    judged = known_papers.paper(paper)
+    judge = Judge(results / known_papers.KNOWN[paper].results, judged)
+    if what[0] not in judge.claims.items:
+        near = [name for name in judge.claims.items if name.startswith(what[0].split(".")[0] + ".")]
+        known = ", ".join(near[:6] or list(judge.claims.items)[::60])
+        raise ResultError(f"{what[0][:50]}: no such item; there are {known} ...")
+    errata = {name: erratum.model_dump() for name, erratum in judge.errata.items()}
+    item = judge.judge(judge.claims.items[what[0]])
+    return typer.echo(item_text(item, errata, read_statuses(judged.folder).get(what[0])))
+
+
+@paper.command()
+def verify(
+    results: Annotated[Path, Argument(help="folder of results")] = RESULTS,
+    remove: Annotated[
+        bool, Option("--remove", help="remove damaged files; the next run makes them again")
+    ] = False,
+) -> None:
+    """Check the SHA-256 of every result, page and figure."""
+    from pneumo.errors import ResultError
+    from pneumo.storage.files import damaged
+    from pneumo.storage.kept_evidence import removed_unless_kept
+    from pneumo.storage.seal import changed, manifest, sealed_files, without_hash
+
+    files = [*sealed_files(results), *manifest(results)]
+    errors = [*damaged(results), *changed(results)]
+    if not files:
+        raise ResultError(f"{results}: holds no results; `snakemake -j2` makes them")
+    for error in errors:
+        typer.echo(f"{error}; {removed_unless_kept(error.path)}" if remove else str(error))
+    if unknown := without_hash(results):
+        names = ", ".join(str(file.relative_to(results)) for file in unknown[:MOST_NAMED])
+        more = ", ..." if len(unknown) > MOST_NAMED else ""
+        typer.echo(f"{results}: not checked, since they have no SHA-256: {len(unknown)} files: {names}{more}")
+    if errors and not remove:
+        remedy = "run `pneumo paper verify --remove`, then `snakemake -j2`"
+        raise ResultError(f"{results}: {len(errors)} damaged or missing files; {remedy}")
+    typer.echo(f"{results}: {len(files) - len(errors)} files unchanged since they were written")

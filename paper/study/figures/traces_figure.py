@@ -1,0 +1,106 @@
+"""Two figures that the paper lacks: pressures over time with their errors, and mean square errors over n."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, MaxNLocator
+
+from paper.study.labels import STUDY_SAMPLING
+from pneumo.physics.models import MODELS
+from pneumo.publish.figures.panels import MSE, decades, legend_outside, message_figure, symbol
+from pneumo.publish.model_looks import MODEL_LOOKS, TRACED_MODELS
+from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_style
+from pneumo.publish.text.formatting import KILO
+from pneumo.statistics.averages import concatenated
+
+WITHOUT_N = [name for name, model in MODELS.items() if not model.has_n]
+
+
+@paper_style()
+def time_traces(
+    datum: xr.Dataset,
+    replays: Mapping[str, xr.Dataset],
+    statistics: Mapping[str, xr.Dataset],
+    start: float = 20.0,
+    length: float = 2.0,
+) -> Figure:
+    """Pressure of chamber A against time: datum and four models, residuals below; a column per sampling.
+
+    `datum` is the experiment's file in ``results/datum``. By sampling: `replays` are its files in
+    ``results/TRANSPORT/replay``; `statistics`, from ``results/TRANSPORT/statistics.nc``, have the best n. The
+    window begins at `start` and has a `length`, s; a run that ends earlier shows its last `length` seconds.
+    """
+    name = datum["experiment"].item()
+    if datum["status"]:
+        return message_figure(f"{name}: the full-order run failed at t = {datum['failure_time'].item():g} s")
+    stop = min(start + length, datum["t"].values[-1])
+    window = slice(max(0.0, stop - length), stop)
+    full = (datum["P"].sel(chamber="A", t=window) / KILO).load()
+
+    fig = new_figure(DOUBLE_MM, 120)
+    axes = fig.subplots(3, len(replays), sharex=True, sharey="row", squeeze=False, height_ratios=[1.4, 1, 1])
+    for column, (transport, replay) in zip(axes.T, replays.items(), strict=True):
+        pressure = replay["pressure"].sel(chamber="A", t=window) / KILO
+        column[0].plot(full["t"], full, color="#b5b5b5", lw=2.4, label="full order")
+        best = statistics[transport]["best_n"].sel(experiment=name)
+        for ax, models in zip(column[1:], TRACED_MODELS, strict=True):
+            ax.axhline(0, color=GREY, lw=0.5, zorder=0)
+            ax.set_title("    ".join(_with_n(model, best) for model in models), loc="left", fontsize=8.0)
+            for model in models:
+                if best.sel(model=model).isnull():
+                    continue  # failed at every n
+                trace = pressure.sel(model=model, n=best.sel(model=model))
+                residual = full.sel(t=trace["t"], method="nearest").values - trace
+                look = MODEL_LOOKS[model].line() | {"lw": 1.0}
+                column[0].plot(trace["t"], trace, label=symbol(model), **look)
+                ax.plot(trace["t"], residual, **look)
+        column[0].set_title(STUDY_SAMPLING[transport])
+        column[-1].set_xlabel(axis_label("$t$", "s"))
+        column[-1].set_xlim(window.start, window.stop)
+        column[-1].xaxis.set_major_locator(MaxNLocator(5))
+    axes[0, 0].set_ylabel(axis_label("$P_A$", "kPa"))
+    for ax in axes[1:, 0]:
+        ax.set_ylabel("Residual\n(kPa)")
+    fig.align_ylabels()
+    legend_outside(fig, axes[0, 0], columns=5, columnspacing=1.5)
+    fig.set_layout_engine("constrained", w_pad=0.06)  # tick labels of neighbouring columns stay apart
+    return fig
+
+
+def _with_n(model: str, best: xr.DataArray) -> str:
+    n = best.sel(model=model).item()
+    return symbol(model) if model in WITHOUT_N or np.isnan(n) else f"{symbol(model)}, $n$ = {n:.2f}"
+
+
+@paper_style()
+def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[str]]) -> Figure:
+    """MSE against n, averaged over the experiments of each level of heat transfer.
+
+    A row per sampling, from its grid of `pneumo.storage.files.open_grid`; a column per level, from the
+    names of its experiments. Models without n are horizontal lines.
+    """
+    fig = new_figure(DOUBLE_MM, 128)
+    axes = fig.subplots(len(grids), len(levels), sharex=True, sharey=True, squeeze=False)
+    for row, (transport, grid) in zip(axes, grids.items(), strict=True):
+        mse = concatenated(grid)["mse"].dropna("experiment", how="all")  # without failed experiments
+        for ax, names in zip(row, levels.values(), strict=True):
+            ax.set_yscale("log")
+            inside = np.isin(mse["experiment"], names)
+            chosen = mse.sel(experiment=inside) if inside.any() else mse.isel(experiment=[0]) * np.nan
+            mean = chosen.mean("experiment", skipna=False)
+            for model, look in MODEL_LOOKS.items():
+                keywords = look.line() if model in WITHOUT_N else look.points() | {"markersize": 3.4}
+                ax.plot(mean["n"], mean.sel(model=model), label=symbol(model), **keywords)
+            ax.grid(axis="y")
+            ax.xaxis.set_major_locator(FixedLocator(mean["n"].values[::2].tolist()))
+            ax.xaxis.set_minor_locator(FixedLocator(mean["n"].values.tolist()))
+            decades(ax)
+        row[0].set_ylabel(f"{STUDY_SAMPLING[transport]}\n{MSE}")
+    for ax, level in zip(axes[0], levels, strict=True):
+        ax.set_title(level)
+    for ax in axes[-1]:
+        ax.set_xlabel("$n$")
+    legend_outside(fig, axes[0, 0], columns=10, columnspacing=1.5)
+    return fig

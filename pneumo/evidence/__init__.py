@@ -1,1 +1,0 @@
-"""Evidence beside the study: identified constants, toggled assumptions, error budget, floor, ensemble."""
