@@ -7,11 +7,11 @@ import xarray as xr
 from packed_traces import unpacked
 from paper_study import STUDY as PAPER
 
+from paper.study.pages import STATUS_LOOKS
 from paper.study.pages import report_page as report
 from paper.study.pages.packing import MISSING
 from paper.study.pages.report_page import part, report_page
 from pneumo.physics.models import MODELS
-from pneumo.publish.pages.page import STATUS_LOOKS
 from pneumo.storage.trace_layout import interval_edges, n_shown, shown_steps
 
 HOSTILE = "</script><img src=x onerror=alert(1)>"

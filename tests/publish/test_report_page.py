@@ -12,12 +12,12 @@ from packed_traces import unpacked
 from page_checks import stands_alone
 from paper_study import STUDY as PAPER
 
+from paper.study.pages import STATUS_LOOKS
 from paper.study.pages import report_page as report
 from paper.study.pages.packing import FRACTION
 from paper.study.pages.report_page import STANDS, answer, experiment_text, part, report_page
 from pneumo.physics.models import MODELS
 from pneumo.publish.model_looks import DARK, MODEL_LOOKS, luminance, on_dark
-from pneumo.publish.pages.page import STATUS_LOOKS
 from pneumo.storage.trace_layout import interval_edges, shown_steps
 
 pytestmark = pytest.mark.xdist_group("report page")  # the page takes seconds to make

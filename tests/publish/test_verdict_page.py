@@ -9,11 +9,11 @@ import pytest
 from brief import in_brief
 from page_checks import Structure, assert_accessible, assert_quiet, assert_readable, in_chromium, stands_alone
 
+from paper.study.pages import STATUS_LOOKS
 from paper.study.pages.verdict_page import SIMULATORS, deviation_text, size_class, verdict_page
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.text.explain import cell_text, item_text
 from pneumo.errors import ResultError
-from pneumo.publish.pages.page import STATUS_LOOKS
 from pneumo.storage.files import read_json
 
 pytestmark = pytest.mark.xdist_group("printed")

@@ -5,8 +5,8 @@
 DRAWN = {
     figure: {
         "results": f"{results}.nc",
-        "draw": f"pneumo.publish.figures.{module}.{function}",
-        "code": code_behind("figure.py", f"pneumo.publish.figures.{module}"),
+        "draw": f"paper.study.figures.{module}.{function}",
+        "code": code_behind("figure.py", f"paper.study.figures.{module}"),
     }
     for figure, results, module, function in [
         ("measurements", "measurements", "measurements_figure", "measurements_figure"),
