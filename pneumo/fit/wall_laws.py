@@ -26,12 +26,14 @@ LAWS_ALIKE = 0.01  # difference of k_0 between the mean over laws and one law, u
 def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:
     """Fits by law of the wall: first the full order's law, then the other laws that fit about as well.
 
-    The minimum of another law may be far along the valley of b, C and k_0.
+    The minimum of another law may be far along the valley of b, C and k_0, so each is searched from the
+    minimum of the full order's law and from the configured values.
     """
     fits: dict[Wall, Solution] = {}
     for wall in WALL_LAWS:
         of_law = problem._replace(model=FULL._replace(wall=wall))
-        fits[wall] = best if wall == FULL.wall else fit(of_law, start=best.theta)
+        searches = [best] if wall == FULL.wall else [fit(of_law, start=start) for start in (best.theta, None)]
+        fits[wall] = min(searches, key=lambda found: found.squares)
     most = AS_GOOD**2 * min(fitted.squares for fitted in fits.values())
     return {wall: fitted for wall, fitted in fits.items() if wall == FULL.wall or fitted.squares <= most}
 
