@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from fragments import span, table
 
+from paper.study.closed_records import read_closed_record
 from paper.study.measured_air import (
     EQ_7,
     LAWS_OF_WALL,
@@ -17,7 +18,6 @@ from paper.study.measured_air import (
     records,
 )
 from pneumo.catalogue import measured_conductances
-from pneumo.fit.closed.thermal_laws import read_closed_record
 from pneumo.fit.rig.rig_replay import ADIABATIC, rms
 from pneumo.physics.cylinder import wetted_area
 from pneumo.physics.models import MODELS

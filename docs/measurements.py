@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from fragments import span, table
 
-from pneumo.fit.closed.thermal_laws import PART, read_closed_record
+from paper.study.closed_records import PART, read_closed_record
 
 DATA = Path(__file__).parents[1] / "data" / "mbari"
 SIMPLE = ["isothermal", "adiabatic", "free n"]

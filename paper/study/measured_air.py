@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from paper.study.closed_records import T_WALL, THINNED, read_closed_record
 from pneumo.errors import ResultError
-from pneumo.fit.closed.thermal_laws import T_WALL, THINNED, read_closed_record
 from pneumo.fit.record.columns import Column
 from pneumo.fit.rig.rig_file import Rig, read_rig
 from pneumo.fit.rig.rig_file import rig as read_rig_of

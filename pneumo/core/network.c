@@ -1,5 +1,5 @@
 /* Gas volumes joined by restrictions, and two closed chambers with a moving piston. Docstrings in
-   pneumo.simulation.gas_network and pneumo.fit.closed.thermal_laws. */
+   pneumo.simulation.gas_network and pneumo.fit.closed.closed_problem. */
 #include "rates.h"
 
 /* Columns of a node: its lane, then these; of a link: its two ends, then these. */

@@ -113,6 +113,20 @@ def solve(
     return best
 
 
+def slopes(
+    residual: Callable[[np.ndarray], np.ndarray], theta: np.ndarray, bounds: np.ndarray, step: float
+) -> np.ndarray:
+    """Derivative of the computed values, shape (channel, sample, parameter), by one-sided differences.
+
+    Steps are away from the nearer bound.
+    """
+    low, high = bounds
+    steps = np.where(theta - low > high - theta, -step, step)
+    here, changed = residual(theta), theta + np.diag(steps)
+    columns = [(here - residual(row)) / size for row, size in zip(changed, steps, strict=True)]
+    return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
+
+
 def squares_at(problem: LeastSquares, theta: np.ndarray) -> float:
     """Sum of squared residuals and of the priors' terms."""
     distance, weight = problem.prior_terms(theta)

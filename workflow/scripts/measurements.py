@@ -4,7 +4,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from pneumo.fit.closed.thermal_laws import is_still, judged, read_closed_record
+from paper.study.closed_records import is_still, judged, read_closed_record
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 

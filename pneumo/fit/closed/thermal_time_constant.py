@@ -1,15 +1,14 @@
-"""Wall conductance from the thermal time constant of a closed chamber, in seven steps.
+"""Wall conductance from the thermal time constant of a closed chamber.
 
 Fill or empty a chamber quickly, or push its piston against a stop, and hold it closed: volume and mass stay
 constant, the temperature returns to that of the wall, and the pressure follows. From
 m c_v dT/dt = k (T_amb - T), eqs (4) and (7) of 2006 at rest, tau = m c_v / k.
 
-The mean conductance of the record is ``k_av`` = m c_v / tau; ``lambda_av`` is ``k_av`` over the heat transfer
-area. The square-root law lambda = lambda_0 (P T / (P_0 T_0))^(1/2), at the means of P and T over the settling
-time, converts them to ``k_0`` and ``lambda_0``.
+The mean conductance of the record is k_av = m c_v / tau. The square-root law, at the means of P and T over
+the settling time, converts it to k_0.
 
 Source: J. F. Carneiro and F. G. de Almeida, Proc. IMechE Part I 221 (2007) 119-128,
-DOI 10.1243/09596518JSCE188, section on the thermal time constant. Steps 2 to 7 take floats and NumPy arrays.
+DOI 10.1243/09596518JSCE188, section on the thermal time constant.
 """
 
 from math import log
@@ -17,14 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import norm
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fit.engine import LEVEL, correlations
+from pneumo.fit.engine import Solution, covariances, expected_shifts, larger
 from pneumo.fit.record.measurement import Measurement
 from pneumo.physics.chamber import wall_conductance
-from pneumo.physics.cylinder import Side, chamber_of, heat_area, volume, wetted_area
+from pneumo.physics.cylinder import Side, chamber_of, heat_area, volume
 
 Value = Any  # a float, or an array of them
 
@@ -43,22 +41,6 @@ class Exponential(NamedTuple):
     tau: float  # s, thermal time constant
     residual: np.ndarray  # Pa, measured minus fitted
     jacobian: np.ndarray  # Pa, derivatives of the fitted pressure; the last is by ln(tau)
-
-
-class Conductance(NamedTuple):
-    """Results of steps 2 to 7, in SI units."""
-
-    m: Value  # kg, mass of air
-    V_f: Value  # m^3, volume of the chamber when held
-    V_d: Value  # m^3, its dead volume
-    k_av: Value  # W/K, mean conductance
-    A_q: Value  # m^2, heat transfer area
-    lambda_av: Value  # W/(m^2 K), mean coefficient
-    t_ss: Value  # s, settling time to 1 per cent
-    P_av: Value  # Pa, mean pressure over it
-    T_av: Value  # K, mean temperature over it
-    lambda_0: Value  # W/(m^2 K), coefficient at P_0 and T_0
-    k_0: Value  # W/K, conductance at P_0 and T_0
 
 
 class Transient(NamedTuple):
@@ -96,58 +78,6 @@ def exponential(t: np.ndarray, P: np.ndarray, P_f: float | None = None) -> Expon
 def mean_pressure(P_f: Value, delta_P: Value) -> Value:
     """Mean of the fitted pressure over the settling time to 1 per cent, Pa: step 6."""
     return P_f + delta_P * (1 - SETTLED) / log(1 / SETTLED)
-
-
-def seven_steps(
-    P_i: Value,
-    swept_i: Value,
-    swept_f: Value,
-    fit: tuple[Value, Value, Value],
-    *,
-    bore: Value,
-    T_amb: Value,
-    c_v: Value,
-    R: Value,
-    P_0: float,
-    T_0: float,
-) -> Conductance:
-    """Conductance of a chamber that was closed at P_i, compressed and held: steps 2 to 7 of the 2007 method.
-
-    Parameters
-    ----------
-    P_i : float
-        Absolute pressure before the push, at T_amb, Pa.
-    swept_i, swept_f : float
-        Volumes without the dead volume before and after the compression, m^3.
-    fit : tuple of float
-        P_f, Pa, delta_P, Pa, and tau, s, from `exponential` (step 1).
-    bore, T_amb, c_v, R
-        m, K, J/(kg K), J/(kg K).
-    P_0, T_0
-        Pressure and temperature at which lambda_0 and k_0 are stated, Pa, K.
-    """
-    P_f, delta_P, tau = fit
-    m = (swept_i - swept_f) / (R * T_amb) * P_i * P_f / (P_f - P_i)
-    V_f = m * R * T_amb / P_f
-    k_av, A_q = m * c_v / tau, wetted_area(V_f, bore)
-    P_av = mean_pressure(P_f, delta_P)
-    T_av = V_f * P_av / (m * R)
-    lambda_av = k_av / A_q
-    lambda_0 = lambda_av / wall_conductance(1.0, 1.0, P_av * T_av / (P_0 * T_0), 0.0, 0.5)
-    t_ss = tau * log(1 / SETTLED)
-    return Conductance(
-        m=m,
-        V_f=V_f,
-        V_d=V_f - swept_f,
-        k_av=k_av,
-        A_q=A_q,
-        lambda_av=lambda_av,
-        t_ss=t_ss,
-        P_av=P_av,
-        T_av=T_av,
-        lambda_0=lambda_0,
-        k_0=lambda_0 * A_q,
-    )
 
 
 def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 0.0) -> Transient:
@@ -191,11 +121,14 @@ def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 
     T_av = c.T_amb * P_av / P_inf
     ratio = heat_area(position, cylinder) / heat_area(0.0, cylinder)
     k_0 = k_av / wall_conductance(1.0, ratio, P_av * T_av / (c.P_0 * c.T_0), 1.0, 0.5)  # (7), (8)
-    # Standard error of ln(tau), with the residual's correlation:
-    gamma, inverse = correlations(residual[None])[0, 0], np.linalg.inv(jacobian.T @ jacobian)
-    middle = np.array([np.convolve(column, gamma, mode="same") for column in jacobian.T]) @ jacobian
-    standard_error = float(np.sqrt((inverse @ middle @ inverse)[-1, -1]))
-    factor = float(np.exp(norm.ppf(0.5 + LEVEL / 2) * standard_error))
+    found = Solution(
+        theta=np.zeros(3),
+        residual=residual[None],
+        jacobian=jacobian[None],
+        squares=float(residual @ residual),
+        prior=np.zeros(3),
+    )
+    factor = float(np.exp(expected_shifts(larger(covariances(found)))[-1]))
     rms = float(np.sqrt(np.mean(residual**2)))
     return Transient(
         tau=tau,

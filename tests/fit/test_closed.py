@@ -1,4 +1,7 @@
-"""Closed chambers in `pneumo fit`: what made a record is found, and what cannot be seen is said."""
+"""`pneumo fit --closed`: what made a record is found, and what cannot be seen is refused or named.
+
+The contract judges estimates, intervals and causes of more records.
+"""
 
 import numpy as np
 import pytest
@@ -8,17 +11,14 @@ from closed_truth import Truth, measured, pressures
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import InputError
 from pneumo.fit.closed.closed_fit import HELD, fit_closed
-from pneumo.fit.closed.closed_warnings import closed_warnings
-from pneumo.fit.closed.thermal_time_constant import transient
-from pneumo.fit.fit_result import Estimate
+from pneumo.fit.closed.thermal_time_constant import exponential, mean_pressure, transient
 from pneumo.fit.fitted_yaml import fitted_configuration
 from pneumo.fit.record.measurement import Measurement
-from pneumo.fit.residuals import Residual
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 
-pytestmark = pytest.mark.xdist_group("closed fit")  # its fixtures take seconds
+pytestmark = pytest.mark.xdist_group("closed fit")
 EXACT = "wall heat, area and root of PT"  # the law of the truth
 PERIOD = 5e-3
 TIME = PERIOD * np.arange(1600)
@@ -47,13 +47,6 @@ def record(plant):
 @pytest.fixture(scope="module")
 def closed_fit(record, plant):
     return fit_closed(record, plant)
-
-
-@pytest.fixture(scope="module")
-def held(plant):
-    """A fast compression of chambers as configured, then a piston that is held."""
-    truth = TRUTH._replace(V_d=(plant.cylinder.V_d_A,) * 2, T=(293.15, 293.15))
-    return measured(compressed(TIME), pressures(truth, plant, compressed, TIME), PERIOD, 2)
 
 
 def assert_found(fit, **truth):
@@ -93,14 +86,6 @@ def test_a_law_without_wall_heat_has_no_first_temperature(closed_fit):
             assert np.isnan(closed_fit.data["estimate"].sel(model=law, parameter=name)), (law, name)
 
 
-def test_k_0_is_the_laws_own_at_P_0(closed_fit):
-    """A constant conductance is its mean; converted by the root of PT it was another."""
-    constant = closed_fit.data["estimate"].sel(model="wall heat, constant")
-    for side in "AB":
-        k_0, mean = (constant.sel(parameter=f"{name}_{side}").item() for name in ("k_0", "k"))
-        assert k_0 == pytest.approx(mean, rel=1e-12)
-
-
 def test_a_mean_conductance_is_that_of_the_law_over_the_part_fitted(closed_fit, record, plant):
     """The law's k_0 times the means of area ratio and root of P T, from the true volumes, masses and leak."""
     c, fitted = plant.cylinder, round(0.6 * (len(TIME) - 1)) + 1
@@ -120,12 +105,6 @@ def test_a_mean_conductance_is_that_of_the_law_over_the_part_fitted(closed_fit, 
         assert k / k_0 == pytest.approx(mean, rel=2e-3)
 
 
-def test_a_driven_record_is_refused(record, plant):
-    driven = record._replace(u=np.where(TIME < 1.0, 5.0, 0.0))
-    with pytest.raises(InputError, match=r"column u: beyond 2 % of u_max in 12 % of samples.*--closed-from"):
-        fit_closed(driven, plant)
-
-
 @pytest.mark.slow
 def test_the_walls_temperature_scales_k_and_the_gas_and_changes_no_prediction(record, closed_fit, plant):
     warm = fit_closed(record._replace(T=1.1 * 293.15), plant)
@@ -136,43 +115,21 @@ def test_the_walls_temperature_scales_k_and_the_gas_and_changes_no_prediction(re
     np.testing.assert_allclose(after, before, rtol=1e-5)
 
 
-@pytest.mark.slow
-def test_a_compression_and_a_hold_give_what_the_transient_alone_gives(held, plant):
-    assert_found(fit_closed(held, plant), k_0_A=0.25, k_0_B=0.18, leak=2e-10, V_d_A=plant.cylinder.V_d_A)
-    still = held.since(0.6)
+def test_a_held_piston_needs_no_dead_volumes_and_agrees_with_the_transient_alone(plant):
+    truth = TRUTH._replace(V_d=(plant.cylinder.V_d_A,) * 2, T=(293.15, 293.15))
+    whole = measured(compressed(TIME), pressures(truth, plant, compressed, TIME), PERIOD, 2)
+    still = whole.since(0.6)
     alone = fit_closed(still, plant)
     assert set(alone.models) == set(HELD) and "the piston is held" in alone.notes[0]
     assert_found(alone, k_0_A=0.25, k_0_B=0.18, leak=2e-10)
     assert np.isnan(alone.data["estimate"].sel(parameter="V_d_A")).all()
-    decay = transient(still, plant, "B")
     # One exponential, without leakage, at mean P and T: within some per cent of the balance itself.
     k_0 = alone.data["estimate"].sel(model=EXACT, parameter="k_0_B").item()
-    assert decay.k_0 == pytest.approx(k_0, rel=0.1)
+    assert transient(still, plant, "B").k_0 == pytest.approx(k_0, rel=0.1)
 
 
-def test_a_piston_moves_where_the_first_and_last_third_differ_by_a_fiftieth_of_the_stroke(plant):
-    pressure = 2e5 + 5e4 * np.exp(-TIME / 0.7)
-
-    def sliding(by: float) -> Measurement:
-        x = np.linspace(0.0, by * plant.cylinder.stroke, len(TIME))  # thirds differ by two thirds of it
-        return Measurement("bench.csv", PERIOD, 0 * TIME, x, np.stack([pressure, pressure]))
-
-    assert transient(sliding(0.029), plant, "A").tau == pytest.approx(0.7, rel=1e-6)
-    with pytest.raises(InputError, match=r"bench\.csv: the piston moves by .* it must be held, within"):
-        transient(sliding(0.031), plant, "A")
-
-
-def test_k_0_that_is_open_and_an_n_that_no_gas_has_are_said(plant):
-    errors, nothing = np.full(2, 200.0), np.empty((2, 0))
-    no_n = Estimate({"n": 0.9}, {}, {}, 9 * errors, 9 * errors, nothing)
-    values = {"k_0_A": 0.2, "k_0_B": 0.2, "V_d_A": 2.5 * plant.cylinder.V_d_A}
-    low = values | {"k_0_A": np.nan, "k_0_B": 0.199}
-    wall = Estimate(values, low, values | {"k_0_B": 0.201}, errors, errors, nothing)
-    left = {EXACT: {"A": Residual(900.0, 800.0, 100.0), "B": Residual(100.0, 0.0, 100.0)}}
-    said = closed_warnings({EXACT: wall, "free n": no_n}, left, plant)
-    words = ["P_A: ", "does not determine k_0 of A", "dead volume of A is 2.5", "n = 0.9 is outside"]
-    assert len(said) == len(words)
-    assert all(any(word in text for text in said) for word in words), said
+def fitted_text(fit, plant):
+    return fitted_configuration(load(TEMPLATE), "mine", plant, fit, "closed.csv", np.nan)
 
 
 def test_a_chamber_that_is_open_is_left_out_and_takes_what_leaks(plant):
@@ -185,20 +142,31 @@ def test_a_chamber_that_is_open_is_left_out_and_takes_what_leaks(plant):
     assert "hardly follows the piston" in fit_page(fit, "closed.csv") and "nan" not in fitted_text(fit, plant)
 
 
-def fitted_text(fit, plant):
-    return fitted_configuration(load(TEMPLATE), "mine", plant, fit, "closed.csv", np.nan)
-
-
-def test_nothing_to_see_and_swapped_chambers_are_one_line(record, plant):
+def spoilt(record, plant):
+    """Records that are refused, by a word of the message."""
     noise = np.random.default_rng(4).normal(4e5, 200.0, record.P.shape)
-    nothing = r"P_A .*P_B .*nothing to fit; move the piston fast"
-    for P in (np.full_like(noise, 4e5), noise):
-        for x in (np.zeros_like(record.x), record.x):
-            with pytest.raises(InputError, match=nothing) as caught:
-                fit_closed(record._replace(P=P, x=x), plant)
-            assert "\n" not in str(caught.value)
-    with pytest.raises(InputError, match="look swapped"):
-        fit_closed(record._replace(P=record.P[::-1]), plant)
+    return {
+        "beyond 2 % of u_max in 12 %": record._replace(u=np.where(TIME < 1.0, 5.0, 0.0)),
+        "look swapped": record._replace(P=record.P[::-1]),
+        "nothing to fit": record._replace(P=np.full_like(noise, 4e5)),
+        "P_A .*P_B .*beyond its noise": record._replace(P=noise),
+        "P_A does not change": record._replace(P=noise, x=np.zeros_like(record.x)),
+    }
+
+
+def test_records_that_show_nothing_are_refused_in_one_line(record, plant):
+    for words, bad in spoilt(record, plant).items():
+        with pytest.raises(InputError, match=words) as caught:
+            fit_closed(bad, plant)
+        assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("law", "coloured"), [({"e_A": 0.0, "e_PT": 0.0}, 2e4), ({}, 0.0)])
+def test_residuals_that_noise_does_not_explain_are_warned_of(law, coloured, plant):
+    truth = TRUTH._replace(k_0=(0.3, 0.3), V_d=(6e-6, 6e-6), leak=0.0, T=(293.15, 293.15), **law)
+    P = pressures(truth, plant, moving, TIME) + coloured * np.sin(9 * TIME)
+    fit = fit_closed(measured(moving(TIME), P, PERIOD, 3), plant)
+    assert any("are not noise" in text for text in fit.warnings) == (coloured > 0)
 
 
 def test_the_configuration_gets_k_0_and_dead_volumes_and_the_page_stands_alone(closed_fit, plant, tmp_path):
@@ -219,3 +187,66 @@ def test_the_configuration_gets_k_0_and_dead_volumes_and_the_page_stands_alone(c
             assert saved.attrs[name] == "\n".join(texts)
     page = fit_page(closed_fit, "closed.csv")
     assert "position alone" in page and "every k scales" in page
+
+
+T = 1e-3 * np.arange(6001)
+
+
+def test_an_exact_exponential_is_found():
+    P = 2e5 + 5e4 * np.exp(-T / 0.7)
+    free, fixed = exponential(T, P), exponential(T, P, 2e5)
+    for fit in (free, fixed):
+        assert fit[:3] == pytest.approx((2e5, 5e4, 0.7), rel=1e-6)
+    assert free.jacobian.shape == (len(T), 3) and fixed.jacobian.shape == (len(T), 2)
+    t_ss = 0.7 * np.log(100)
+    mean = P[t_ss >= T].mean()
+    assert mean_pressure(*free[:2]) == pytest.approx(mean, rel=1e-4)  # a sample is 1e-3 of the settling time
+
+
+def decay(tau, span=3.0, change=5e4, noise=0.0, x=None, samples=601):
+    t = np.linspace(0.0, span, samples)
+    P = 2e5 + change * np.exp(-t / tau) + noise * np.random.default_rng(1).normal(size=samples)
+    x = np.zeros(samples) if x is None else x
+    return Measurement("m.csv", t[1], 0 * t, x, np.array([P, P]))
+
+
+@pytest.mark.parametrize(
+    ("begin", "words", "record"),
+    [
+        (0.0, "does not settle within the record's 3 s", {"tau": 9.3}),
+        (0.0, r"changes by .* Pa at a noise of \d+ Pa: too little", {"change": 300.0, "noise": 300.0}),
+        (2.76, "leaves 49 samples: must be at least 50", {}),
+        (0.0, "the piston moves by .* it must be held", {"x": np.linspace(0.0, 0.01, 601)}),
+    ],
+)
+def test_a_transient_that_shows_no_time_constant_is_refused(begin, words, record, plant):
+    with pytest.raises(InputError, match=words):
+        transient(decay(**({"tau": 0.5} | record)), plant, "A", begin=begin)
+
+
+def test_an_interval_of_a_time_constant_holds_the_truth_and_shrinks_with_the_noise(plant):
+    wide, narrow = (transient(decay(0.5, noise=noise), plant, "A") for noise in (500.0, 50.0))
+    for found in (wide, narrow):
+        assert found.tau_low < 0.5 < found.tau_high and found.k_0_low < found.k_0 < found.k_0_high
+        assert found.k_0 / found.k_0_low == pytest.approx(found.tau / found.tau_low, rel=1e-9)
+    ratio = np.log(wide.tau_high / wide.tau_low) / np.log(narrow.tau_high / narrow.tau_low)
+    assert ratio == pytest.approx(10.0, rel=0.05)  # the same noise, but for a curve that is not straight
+    assert (wide.rms, narrow.rms) == pytest.approx((500.0, 50.0), rel=0.1)  # 601 samples know it to 3 %
+
+
+@pytest.mark.parametrize(("side", "sign", "other"), [("A", 1, "B"), ("B", -1, "A")])
+def test_a_conductance_is_that_of_mass_area_and_mean_pressure_of_a_chamber_off_mid_stroke(
+    side, sign, other, plant
+):
+    """By hand: k = m c_v / tau, over the area ratio and the root of P T at their means."""
+    c, gas, at = plant.cylinder, plant.gas, plant.conditions
+    tau, x = 0.5, 0.2 * c.stroke
+    found = transient(decay(tau, x=np.full(601, x)), plant, side)
+    V = getattr(c, f"V_d_{side}") + getattr(c, f"A_{side}") * (c.stroke / 2 + sign * x)
+    m = 2e5 * V / (gas.R * at.T_amb)
+    k_av = m * gas.R / (gas.gamma - 1) / tau
+    P = 2e5 + 5e4 * (1 - 0.01) / np.log(100)  # mean over the settling time to 1 %
+    PT = P * at.T_amb * P / 2e5
+    area = (c.bore / 2 + c.stroke / 2 + sign * x) / (c.bore / 2 + c.stroke / 2)
+    k_0 = k_av / (area * (PT / (at.P_0 * at.T_0)) ** 0.5)
+    assert (found.k_av, found.k_0) == pytest.approx((k_av, k_0), rel=1e-6)

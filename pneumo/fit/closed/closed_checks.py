@@ -6,7 +6,7 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fit.closed.thermal_laws import LAWS, LOW, ClosedRecord
+from pneumo.fit.closed.closed_problem import BOUNDS, LAWS, ClosedRecord
 from pneumo.fit.fit_problem import ON_BOUND
 from pneumo.fit.fit_result import VAGUE, Estimate
 from pneumo.fit.fit_warnings import (
@@ -90,7 +90,7 @@ def closed_warnings(
     for name, value in wall.values.items():
         if name.startswith("V_d"):
             ratio = value / getattr(plant.cylinder, name)
-            result += [on_bound(name, value)] if ratio < LOW[name] * (1 + ON_BOUND) else []
+            result += [on_bound(name, value)] if ratio < BOUNDS["V_d"][0] * (1 + ON_BOUND) else []
             result += dead_volume_warnings(name, value, plant)
         if name in DETERMINED and not wall.high[name] < VAGUE * wall.low[name]:
             result.append(f"this record does not determine {QUANTITIES[name].name}: {REMEDY}")
