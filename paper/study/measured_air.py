@@ -8,8 +8,9 @@ import xarray as xr
 
 from paper.study.closed_records import T_WALL, THINNED, read_closed_record
 from pneumo.errors import ResultError
+from pneumo.fit.fit_result import FitResult, rms_of_chambers
 from pneumo.fit.record.columns import Column
-from pneumo.fit.rig.rig_file import Rig, read_rig
+from pneumo.fit.rig.rig_file import Rig, factor, key, read_rig
 from pneumo.fit.rig.rig_file import rig as read_rig_of
 from pneumo.fit.rig.rig_fit import judged, judged_models, values_of
 from pneumo.fit.rig.rig_record import Points, Run, read_runs
@@ -40,6 +41,7 @@ SPRINGS = ("2021-07-26", "2022-01-28", "friction")  # records of data/mbari with
 SPRING_BOUNDS = {"dead_volume_mL": [5e3, 1.5e5], "k_0_W_per_K": [0, 400], "T_start_K": [200, 400]}
 ROD_MM = 38.1  # in chamber B
 FULL_ORDER = "full order"
+OPEN = {"low": -np.inf, "high": np.inf}  # ends of an interval
 EQ_7 = "full order, eq (7)"
 LAWS_OF_WALL = ("constant", "eq (7)", "store beside the gas", "skin of the wall")
 GAUGE = {
@@ -125,25 +127,44 @@ def measured_air(data: Path, progress: Callable[[str], None] = lambda _text: Non
         k, c = (SKIN_K, SKIN_C) if name == NITROGEN else (STORE_K, STORE_C)
         cases[f"{name}, store"] = name, rig.changed(store_k=k, store_c=c), WALL_FULL, False
         cases[f"{name}, skin"] = name, with_skin(rig, k, VESSEL_SKIN_C), [FULL_ORDER], False
-    parts = list[xr.Dataset]()
+    parts, fits = list[xr.Dataset](), dict[str, FitResult]()
     for case, (name, rig, models, temperature) in cases.items():
         runs = rigs[name][1]
-        part = judged_models(
+        fit = judged_models(
             rig, runs, models, temperature, lambda text, case=case: progress(f"{case}: {text}")
         )
+        fits[case], part = fit, kept(fit)
         if name in (DISCHARGE, FILLING):
             other = FILLING if name == DISCHARGE else DISCHARGE
-            part = part.merge(_on_other(part, rig, *rigs[other]))
+            part = part.merge(_on_other(fit, rig, *rigs[other]))
         if case == f"{NITROGEN}, skin":
-            replayed = replay_run(rig, FULL_ORDER, values_of(part, rig, FULL_ORDER), runs[0])
+            replayed = replay_run(rig, FULL_ORDER, values_of(fit, rig, FULL_ORDER), runs[0])
             off = rms(errors(replayed.T_store, nitrogen_points(data, "T_wall")))
             part["T_wall_error"] = ("model", [off], {"units": "K"})
         parts.append(part.reindex(model=list(RIG_MODELS)))
     joined = xr.concat(parts, xr.Variable("case", list(cases)), join="outer")
     for name, (rig, runs) in rigs.items():
-        joined = joined.merge(_shown(joined.sel(case=name), name, rig, runs[-1]))
+        joined = joined.merge(_shown(fits[name], name, rig, runs[-1]))
     joined["shown"] = ("shown", list(SHOWN))
     return joined.merge(gas_spring(data / "mbari", progress))
+
+
+def kept(fit: FitResult) -> xr.Dataset:
+    """Errors of a fit by model, and estimates in the units of a rig's file; bounds have no interval.
+
+    An open end is infinite, and an end is NaN where the estimate is on a bound of the search.
+    """
+    data, names = fit.data, [str(name) for name in fit.data["parameter"].values]
+    units = xr.DataArray([factor(name) for name in names], dims="parameter")
+    free = data["estimate"].notnull() & (data["at_bound"] == 0)
+    ends = {name: data[name].where(data[name].notnull() | ~free, sign) for name, sign in OPEN.items()}
+    columns = {"estimate": data["estimate"], **ends}
+    errors = {name: np.sqrt((data[f"rms_{name}"] ** 2).mean("chamber")) for name in ("fitted", "held_out")}
+    found = xr.Dataset({name: column / units for name, column in columns.items()} | errors)
+    found["T_error"] = data["rms_temperature"]
+    return found.assign_coords(parameter=[key(name) for name in names]).drop_vars(
+        "parameter_unit", errors="ignore"
+    )
 
 
 def spring_chamber(folder: Path, record: str, side: int) -> tuple[Rig, Run]:
@@ -174,27 +195,27 @@ def gas_spring(folder: Path, progress: Callable[[str], None] = lambda _text: Non
         for side in range(2):
             rig, run = spring_chamber(folder, record, side)
             constant = judged(rig, FULL_ORDER, [run])
-            near = constant.estimate.values
+            near = constant.values
             store = rig.changed(store_k=SPRING_STORE, store_c=SPRING_STORE)
             beside = near | {"store_k": STORE_K[1] / 2, "store_c": 50.0}
             skin = near | {"store_k": near["k_0"], "store_c": 1e3, "store_back": near["k_0"]}
             by_store = judged(store, FULL_ORDER, [run], near=beside)
             by_skin = judged(with_skin(rig), FULL_ORDER, [run], near=skin)
             # Both are the same response: a search that ended higher begins again where the other ended.
-            if by_skin.estimate.rms < by_store.estimate.rms:
-                again = judged(store, FULL_ORDER, [run], near=as_store(by_skin.estimate.values))
-                by_store = min(by_store, again, key=lambda law: law.estimate.rms)
+            if rms_of_chambers(by_skin.rms) < rms_of_chambers(by_store.rms):
+                again = judged(store, FULL_ORDER, [run], near=as_store(by_skin.values))
+                by_store = min(by_store, again, key=lambda law: rms_of_chambers(law.rms))
             else:
-                again = judged(with_skin(rig), FULL_ORDER, [run], near=as_skin(by_store.estimate.values))
-                by_skin = min(by_skin, again, key=lambda law: law.estimate.rms)
+                again = judged(with_skin(rig), FULL_ORDER, [run], near=as_skin(by_store.values))
+                by_skin = min(by_skin, again, key=lambda law: rms_of_chambers(law.rms))
             laws = (constant, judged(rig, EQ_7, [run], near=near), by_store, by_skin)
             chambers.append(
                 [
-                    (j.estimate.rms, j.held_out, *(j.estimate.values[n] for n in (k, "store_c")))
+                    (*(rms_of_chambers(e) for e in (j.rms, j.held_out)), j.values[k], j.values["store_c"])
                     for j, k in zip(laws, ("k_0", "k_0", "k_0", "store_k"), strict=True)
                 ]
             )
-            of_laws = ", ".join(f"{law.held_out / 1e3:.2f}" for law in laws)
+            of_laws = ", ".join(f"{rms_of_chambers(law.held_out) / 1e3:.2f}" for law in laws)
             progress(f"{record} {'AB'[side]}: {of_laws} kPa held out: {', '.join(LAWS_OF_WALL)}")
         rows.append(chambers)
     names = {"spring_fitted": "Pa", "spring_held_out": "Pa", "spring_k": "W K-1", "spring_c": "J K-1"}
@@ -206,23 +227,24 @@ def gas_spring(folder: Path, progress: Callable[[str], None] = lambda _text: Non
     )
 
 
-def _on_other(part: xr.Dataset, rig: Rig, other: Rig, runs: list[Run]) -> xr.Dataset:
+def _on_other(fit: FitResult, rig: Rig, other: Rig, runs: list[Run]) -> xr.Dataset:
     """Errors on the other run of the vessel, whose own start and surroundings are used."""
     columns = {
         name: float(np.mean(other.ends[name]))
         for name in ("P_start", "P_surroundings", "T_surroundings", "T_start")
     }
     rows = [
-        [rms(error) for error in run_errors(rig, model, values_of(part, rig, model) | columns, runs[0])]
-        for model in part["model"].values
+        [rms(error) for error in run_errors(rig, model, values_of(fit, rig, model) | columns, runs[0])]
+        for model in fit.models
     ]
     P, T = np.transpose(rows)
-    return xr.Dataset({"other_P": ("model", P, {"units": "Pa"}), "other_T": ("model", T, {"units": "K"})})
+    errors = {"other_P": ("model", P, {"units": "Pa"}), "other_T": ("model", T, {"units": "K"})}
+    return xr.Dataset(errors, {"model": fit.models})
 
 
-def _shown(part: xr.Dataset, name: str, rig: Rig, run: Run) -> xr.Dataset:
+def _shown(fit: FitResult, name: str, rig: Rig, run: Run) -> xr.Dataset:
     """A run as it was measured and as the models of `SHOWN` replay it."""
-    replays = [replay_run(rig, model, values_of(part, rig, model), run) for model in SHOWN]
+    replays = [replay_run(rig, model, values_of(fit, rig, model), run) for model in SHOWN]
     t, thin = f"t_{name}", max(1, len(run.t) // MOST_SHOWN)
     shown = xr.Dataset(
         {

@@ -39,14 +39,12 @@ def rig(
     from pneumo.fit.record.columns import read_mapping
     from pneumo.fit.rig.rig_c import rig_c
     from pneumo.fit.rig.rig_file import read_rig
-    from pneumo.fit.rig.rig_fit import fitted_runs, judged_models, rig_warnings, values_of
+    from pneumo.fit.rig.rig_fit import judged_models, values_of
     from pneumo.fit.rig.rig_record import read_runs
     from pneumo.fit.rig.rig_replay import RIG_MODELS
-    from pneumo.fit.rig.rig_result import unphysical, with_replays
-    from pneumo.hashing import code_hash
-    from pneumo.publish.pages.rig_page import rig_page
-    from pneumo.publish.text.terminal_tables import rig_tables
-    from pneumo.storage.files import attributes, output_folder, write, write_text
+    from pneumo.publish.pages.fit_page import fit_page
+    from pneumo.publish.text.terminal_tables import fit_tables
+    from pneumo.storage.files import output_folder, write_text
 
     for name in model or ():
         if name not in RIG_MODELS:
@@ -58,25 +56,20 @@ def rig(
     known = read_rig(file)
     runs = read_runs(record, known, read_mapping(columns) if columns else None, from_edges=command == "edges")
     names = tuple(dict.fromkeys(model)) if model else RIG_MODELS
-    result = judged_models(known, runs, names, temperature, lambda text: typer.echo(text, err=True))
-    for table in rig_tables(result):
+    fit = judged_models(known, runs, names, temperature, lambda text: typer.echo(text, err=True))
+    for note in fit.notes:
+        typer.echo(f"note: {note}", err=True)
+    for table in fit_tables(fit):
         Console().print(table)
-    odd = unphysical(known, result)
-    warnings = rig_warnings(known, fitted_runs(runs), result["fitted"].min().item())
-    for warning in [*warnings, *(f"{name}: {words}: not physical" for name, words in odd.items())]:
+    for warning in fit.warnings:
         typer.echo(f"warning: {warning}", err=True)
     if output is not None:
-        summary = "Errors of pressure on what was fitted and held out, estimates with 95 per cent intervals"
-        code = code_hash("pneumo.fit.rig.rig_fit")
-        about = attributes("Models fitted to a rig", summary, "none: a rig has a file of its own", code)
-        result = with_replays(result, known, runs)
-        write(result, output / "rig.nc", about | result.attrs)
-        page = rig_page(result, record.name, warnings, odd, len(runs) > 1)
-        write_text(page, output / "rig.html")
+        fit.save("none: a rig has a file of its own", output / "rig.nc")
+        write_text(fit_page(fit, record.name), output / "rig.html")
         typer.echo(f"{output / 'rig.html'} and {output / 'rig.nc'}: written")
     if output is not None and to is not None:
-        best = str(result["held_out"].idxmin().item())
-        files = rig_c(known, best, values_of(result, known, best), runs)
+        best = fit.models[0]
+        files = rig_c(known, best, values_of(fit, known, best), runs)
         for name, text in files.items():
             write_text(text, output / name)
         typer.echo(f"{', '.join(str(output / name) for name in files)}: written, {best}")

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, STARTS
+from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, STARTS, Quantity
 from pneumo.fit.record.measurement import Measurement
 from pneumo.hashing import code_hash
 from pneumo.physics.models import Wall
@@ -135,7 +135,7 @@ def light(name: str, interval: Interval, doubted: bool, reference: Reference = N
 
 @dataclass(frozen=True, kw_only=True)
 class FitResult:
-    """Models fitted to a measurement."""
+    """Models fitted to a measurement: of a cylinder behind a servo-valve, of closed chambers, or of a rig."""
 
     data: xr.Dataset  # from `fit_data`, the model with the lowest error on the part held out first
     notes: tuple[str, ...]  # remarks on the record, a sentence each
@@ -144,6 +144,8 @@ class FitResult:
     of_rig: tuple[str, ...] = ()  # those warnings that concern the rig, and not a reduced model alone
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
     references: Mapping[str, Reference] = field(default_factory=dict)  # of the full order's parameters
+    quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
+    of: Literal["cylinder", "closed", "rig"] = "cylinder"
 
     title: ClassVar = "Reduced models fitted to a measurement"
     modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.measurement_fit",)  # that made it
@@ -260,7 +262,7 @@ class FitResult:
                 },
                 "parameters": {
                     name: {key: plain(end) for key, end in interval._asdict().items()}
-                    | {"unit": QUANTITIES[name].unit}
+                    | {"unit": self.quantities[name].unit}
                     for name, interval in self.estimates(model).items()
                 },
             }
@@ -291,6 +293,8 @@ class ClosedChambersResult(FitResult):
     T_wall: float  # K, temperature of the wall
     P_0: float  # Pa, pressure at which k_0 is stated
 
+    of: Literal["cylinder", "closed", "rig"] = "closed"
+
     title: ClassVar = "Thermal laws fitted to closed chambers"
     modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.measurement_fit", "pneumo.fit.closed.closed_fit")
 
@@ -308,11 +312,27 @@ class ClosedChambersResult(FitResult):
 def fit_data(
     measurement: Measurement, estimates: Mapping[str, Estimate], parameters: Sequence[str]
 ) -> xr.Dataset:
-    """Dataset of several fitted models, in the order of `estimates`.
+    """Dataset of several fitted models, from `estimates_data`, and of the measured signals."""
+    t = ("chamber", "t")
+    flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
+    u, m = {"u": ("t", measurement.u)}, {"m": (t, measurement.m, flow)}
+    data = estimates_data(estimates, {name: QUANTITIES[name].unit for name in parameters})
+    return data.assign_coords(t=measurement.t).assign(
+        {
+            "P": (t, measurement.P, {"long_name": "measured absolute pressure"}),
+            **(u if measurement.m is None else m),
+            "x": ("t", measurement.x),
+        }
+    )
+
+
+def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) -> xr.Dataset:
+    """Dataset of several fitted models, in the order of `estimates`, with parameters in these `units`.
 
     Estimates and intervals are by (model, parameter), shifts by (model, parameter, quantity), errors by
-    (model, chamber), measured and replayed pressures by (chamber, t) and (model, chamber, t).
+    (model, chamber), replayed pressures by (model, chamber, t).
     """
+    parameters = list(units)
 
     def values(field: str) -> np.ndarray:
         return np.array([[getattr(e, field).get(p, np.nan) for p in parameters] for e in estimates.values()])
@@ -320,11 +340,10 @@ def fit_data(
     def arrays(field: str) -> np.ndarray:
         return np.array([getattr(e, field) for e in estimates.values()])
 
-    by_parameter, by_chamber, t = ("model", "parameter"), ("model", "chamber"), ("chamber", "t")
+    by_parameter, by_chamber = ("model", "parameter"), ("model", "chamber")
     on_bounds = np.array([[np.int8(p in e.at_bound) for p in parameters] for e in estimates.values()])
     interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
     rms, Pa = "root mean square error on the part", {"units": "Pa"}
-    flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
     moved: dict[str, Any] = {}
     if any(estimate.moved for estimate in estimates.values()):
         none = np.full(len(SHIFTING), np.nan)
@@ -340,7 +359,6 @@ def fit_data(
         related = {
             "correlation": ((*by_parameter, "other"), np.array(table), {"long_name": "of two parameters"})
         }
-    u, m = {"u": ("t", measurement.u)}, {"m": (t, measurement.m, flow)}
     return xr.Dataset(
         {
             "estimate": (by_parameter, values("estimates"), {"long_name": "estimate, in parameter_unit"}),
@@ -354,20 +372,16 @@ def fit_data(
             "rms_fitted": (by_chamber, arrays("rms"), {"long_name": f"{rms} fitted"} | Pa),
             "rms_held_out": (by_chamber, arrays("held_out"), {"long_name": f"{rms} held out"} | Pa),
             "at_bound": (by_parameter, on_bounds, {"long_name": "whether it is on a bound of the search"}),
-            "pressure": (("model", *t), arrays("pressure")),
-            "P": (t, measurement.P, {"long_name": "measured absolute pressure"}),
-            **(u if measurement.m is None else m),
-            "x": ("t", measurement.x),
+            "pressure": ((*by_chamber, "t"), arrays("pressure")),
             **moved,
             **related,
         },
         coords={
             "model": list(estimates),
-            "parameter": list(parameters),
-            "parameter_unit": ("parameter", [QUANTITIES[name].unit for name in parameters]),
-            "chamber": ["A", "B"],
-            "t": measurement.t,
+            "parameter": parameters,
+            "parameter_unit": ("parameter", list(units.values())),
+            "chamber": ["A", "B"][: len(next(iter(estimates.values())).rms)],
             **({"quantity": list(SHIFTING)} if moved else {}),
-            **({"other": list(parameters)} if related else {}),
+            **({"other": parameters} if related else {}),
         },
     )

@@ -28,19 +28,23 @@ def test_models_are_ranked_and_written(tmp_path):
     )
     assert done.exit_code == 0, done.output
     assert done.stdout.index("full order") < done.stdout.index("M1 ")
-    assert re.search(r"C_d +0\.8", done.stdout) and "k_0_W_per_K" in done.stdout
+    assert re.search(r"C_d +0\.8", done.stdout) and "k_0 (W/K)" in done.stdout
     assert max(len(line) for line in done.stdout.splitlines() if "written" not in line) <= 80
     assert "rig.html" in done.stdout
     assert done.stdout.rstrip().endswith("rig_test.c: written, full order")
     assert "full order" in (tmp_path / "out/rig.c").read_text(encoding="utf-8")
     page = (tmp_path / "out/rig.html").read_text(encoding="utf-8")
-    assert "discharge.nc" in page and "every second point" in page and "C_d on its bound" in page
+    assert "discharge.nc" in page and "every second point" in page and "(on its bound)" in page
     result = xr.load_dataset(tmp_path / "out/rig.nc")
-    assert {"measured_P", "replayed_P", "measured_T"} <= set(result.data_vars)
-    assert list(result["model"].values) == ["M1", "full order"]
-    best = result.sel(model="full order", parameter="k_0_W_per_K")
+    assert list(result["model"].values) == ["full order", "M1"]
+    # Of 20 points each, as measured and as replayed.
+    off = result["P"] - result["pressure"].sel(model="full order")
+    rms = result["rms_fitted"].sel(model="full order").item()
+    assert np.sqrt(np.mean(off**2)).item() == pytest.approx(rms, rel=1e-9)
+    assert result["temperature"].sizes == {"model": 2, **result["T"].sizes}
+    best = result.sel(model="full order", parameter="k_0")
     assert best["low"] < best["estimate"] < best["high"]
-    assert np.isnan(result["estimate"].sel(model="M1", parameter="k_0_W_per_K"))
+    assert np.isnan(result["estimate"].sel(model="M1", parameter="k_0"))
 
 
 def test_a_table_of_points_needs_no_temperature_in_every_row(tmp_path):

@@ -28,7 +28,7 @@ from pneumo.fit.closed.closed_fit import fit_closed  # noqa: E402
 from pneumo.fit.closed.thermal_time_constant import transient  # noqa: E402
 from pneumo.fit.fit_result import FitResult  # noqa: E402
 from pneumo.fit.rig.rig_file import QUANTITIES, factor, key, rig  # noqa: E402
-from pneumo.fit.rig.rig_fit import fitted_runs, judged_models, rig_warnings  # noqa: E402
+from pneumo.fit.rig.rig_fit import judged_models  # noqa: E402
 from pneumo.fit.rig.rig_record import Points, pulses, vessel_run  # noqa: E402
 from pneumo.fit.rig.rig_replay import run_errors  # noqa: E402
 from pneumo.selection.cylinder_template import TEMPLATE  # noqa: E402
@@ -126,22 +126,19 @@ def _of_rig(
     content: Mapping[str, Any], runs: Sequence[Any], truth: Mapping[str, float], *models: str
 ) -> Found:
     known = rig(content, "contract")
-    result = judged_models(known, runs, models)
-    lowest = float(result["fitted"].min())
-    warnings = rig_warnings(known, fitted_runs(runs), lowest)
+    fit = judged_models(known, runs, models)
+    none = [None, None, None]
     found = {
         model: {
-            str(name): [
-                _number(result[field].sel(model=model, parameter=name).item())
-                for field in ("estimate", "low", "high")
-            ]
-            for name in result["parameter"].values
+            key(name): [_number(end / factor(name)) for end in estimates[name]] if name in estimates else none
+            for name in fit.quantities
         }
         for model in models
+        for estimates in [fit.estimates(model)]
     }
     true = {key(name): _number(truth[name] / factor(name)) for name in QUANTITIES if name in truth}
-    causes = ["hose"] if any("hose" in text for text in warnings) else []
-    return {"causes": causes, "warned": bool(warnings), "models": found, "truth": true}
+    causes = ["hose"] if any("a hose of" in text for text in fit.warnings) else []
+    return {"causes": causes, "warned": bool(fit.warnings), "models": found, "truth": true}
 
 
 def pulse(

@@ -10,11 +10,11 @@ import xarray as xr
 from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
-from pneumo.fit.fit_result import Estimate, FitResult, FitWarning, fit_data, light
+from pneumo.fit.fit_result import Estimate, FitResult, FitWarning, estimates_data, fit_data, light
 from pneumo.fit.fitted_parameters import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.rig.rig_file import QUANTITIES as OF_RIG
-from pneumo.fit.rig.rig_file import key
+from pneumo.fit.rig.rig_file import fitted_quantity
 from pneumo.publish.figures.fit_figures import diagnosis_figure
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.style import paper_style
@@ -25,7 +25,6 @@ from pneumo.publish.text.terminal_tables import (
     fit_tables,
     full_order_table,
     rig_rows,
-    rig_tables,
 )
 from pneumo.statistics.intervals import Interval
 
@@ -139,17 +138,28 @@ def test_a_warning_colours_the_parameters_that_it_concerns_and_their_lines_name_
     assert "V_d of A: the dead volume of A is 2.3 times the ..." in console.export_text()
 
 
-def test_tables_of_a_rig_fit_a_terminal():
-    names = [key(name) for name in OF_RIG]
-    wide = {name: (("model", "parameter"), np.full((1, len(names)), 1.2345678)) for name in ("low", "high")}
-    wide["estimate"] = wide["low"]
-    errors = {name: ("model", [1234.5678]) for name in ("fitted", "held_out", "T_error")}
-    result = xr.Dataset(errors | wide, {"model": ["full order"], "parameter": names})
+def test_tables_and_page_of_a_rig_have_every_quantity(a_fit):
+    quantities = {name: fitted_quantity(name) for name in OF_RIG}
+    P = a_fit.data["P"].values[:1]
+    values = {name: 1.2345678 / quantity.factor for name, quantity in quantities.items()}
+    values |= {"valve_opening_delay": -1.2345678e-3, "k_0": 0.0}
+    ends = ({name: value - abs(value) for name, value in values.items()}, values | {"k_0": np.nan})
+    rms = np.array([1e3])
+    estimate = Estimate(values, *ends, rms, 2 * rms, P + 1e3, at_bound=("k_0",))
+    ends[0]["k_0"] = np.nan
+    units = {name: quantity.unit for name, quantity in quantities.items()}
+    data = estimates_data({"full order": estimate}, units).assign_coords(t=a_fit.data["t"])
+    data = data.assign(P=(("chamber", "t"), P), x=("t", 0 * P[0]), rms_temperature=("model", [12.345678]))
+    fit = replace(a_fit, data=data, quantities=quantities, of="rig", notes=("how <i>",))
     console = Console(width=80, record=True, file=io.StringIO())
-    for table in rig_tables(result):
+    for table in fit_tables(fit):
         console.print(table)
     text = console.export_text()
-    assert "…" not in text and all(name in text for name in names)
+    assert "…" not in text and all(name in text for name in OF_RIG)
+    assert re.search(r"valve_opening_delay \(ms\) +-1\.23\d* \(-2\.4\d* to -1\.2\d*\)", text)
+    assert re.search(r"k_0 \(W/K\) +0 \(on its bound\)", text)
+    page = fit_page(fit, "<b>.csv")
+    assert "How &lt;i&gt;" in page and "0 (on its bound)" in page and "12.3" in page
 
 
 @paper_style()
@@ -182,7 +192,7 @@ def test_the_page_begins_with_the_best_model_the_place_of_the_misfit_and_the_nex
     odd = a_fit.data["P"].copy()
     odd.loc[{"chamber": "B"}][100:110] += 5e3
     place = misfit_text(replace(a_fit, data=a_fit.data.assign(P=odd)))
-    assert re.match(r"The residual is largest in B at t = 0\.1 to 0\.109 s, x = 0 to 0 mm: \d", place)
+    assert re.match(r"The residual is largest in B at t = 0\.1 to 0\.109 s: \d", place)
     assert next_experiments(a_fit) == []  # without the full order no light
     sure, unsure = (of_full_order(a_fit, factor) for factor in (1.1, 4.0))
     assert next_experiments(sure) == []

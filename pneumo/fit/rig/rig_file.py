@@ -12,22 +12,23 @@ from typing import Any, NamedTuple
 
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.errors import ConfigurationError, printable, shown
+from pneumo.fit import fitted_parameters
 from pneumo.physics.gases import GASES
 from pneumo.physics.valve import Gas
 
 SENSORS = ("valve", "chamber")  # ends of a hose
-UNITS = {  # in SI
-    "": 1.0,
-    "L": 1e-3,
-    "mL": 1e-6,
-    "mm": 1e-3,
-    "ms": 1e-3,
-    "s": 1.0,
-    "K": 1.0,
-    "bar": 1e5,
-    "dm3_per_sbar": 1e-8,
-    "W_per_K": 1.0,
-    "J_per_K": 1.0,
+UNITS = {  # by the end of a key: factor to SI units, SI unit, and unit in tables
+    "": (1.0, "1", ""),
+    "L": (1e-3, "m3", "L"),
+    "mL": (1e-6, "m3", "mL"),
+    "mm": (1e-3, "m", "mm"),
+    "ms": (1e-3, "s", "ms"),
+    "s": (1.0, "s", "s"),
+    "K": (1.0, "K", "K"),
+    "bar": (1e5, "Pa", "bar"),
+    "dm3_per_sbar": (1e-8, "m3 s-1 Pa-1", "dm³/(s bar)"),
+    "W_per_K": (1.0, "W K-1", "W/K"),
+    "J_per_K": (1.0, "J K-1", "J/K"),
 }
 Ends = tuple[float, float]  # of a quantity; equal where it is known
 
@@ -135,7 +136,13 @@ def key(name: str) -> str:
 
 def factor(name: str) -> float:
     """Factor from the unit of a quantity's key to SI units."""
-    return UNITS[QUANTITIES[name].unit]
+    return UNITS[QUANTITIES[name].unit][0]
+
+
+def fitted_quantity(name: str) -> fitted_parameters.Quantity:
+    """Names and units of a fitted quantity, in warnings and tables."""
+    _, unit, shown = UNITS[QUANTITIES[name].unit]
+    return fitted_parameters.Quantity(key(name), name, unit, shown, 1 / factor(name))
 
 
 class Rig(NamedTuple):

@@ -4,12 +4,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
-from pneumo.fit.engine import Solution, covariances, parameter_interval, solve
-from pneumo.fit.rig.rig_file import Rig, factor, key
-from pneumo.fit.rig.rig_record import Run, halves
-from pneumo.fit.rig.rig_replay import ADIABATIC, RIG_MODELS, WALL, rms, run_errors
+from pneumo.fit.engine import Solution, covariances, parameter_interval, slopes, solve
+from pneumo.fit.estimate import ranked
+from pneumo.fit.fit_result import Estimate, FitResult, estimates_data, rms_of_chambers
+from pneumo.fit.rig.rig_file import Rig, factor, fitted_quantity, key
+from pneumo.fit.rig.rig_record import Points, Run, halves
+from pneumo.fit.rig.rig_replay import ADIABATIC, RIG_MODELS, WALL, replay_run, rms, run_errors
 from pneumo.physics.models import MODELS
 
 P_SCALE, T_SCALE = 1e3, 1.0  # Pa and K, by which residuals are divided
@@ -23,18 +24,9 @@ ON_END = 1e-3  # of the distance between its ends, within which a parameter is o
 SLOPE_STEP = 1e-6  # of finite differences
 POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
 LEAST_HOSE = 1e-3  # of a vessel's volume: the gas of a smaller hose is nothing beside the vessel's
+C_D = (0.7, 0.9)  # of an orifice
+MOST_SHOWN = 2000  # samples of a pressure in the result
 HOSE_HELPS = 0.7  # error with a hose over that without, below which one is there
-
-
-class RigEstimate(NamedTuple):
-    """A model fitted to some runs."""
-
-    values: dict[str, float]  # of all quantities of the rig, SI units
-    fitted: tuple[str, ...]  # names of those that were fitted
-    # Ends of 95 per cent intervals of those: infinite where open, NaN where the value is on an end.
-    low: dict[str, float]
-    high: dict[str, float]
-    rms: float  # Pa, over all points of the pressure that were fitted
 
 
 def fitted_names(rig: Rig, model: str) -> list[str]:
@@ -80,13 +72,8 @@ class RigProblem(NamedTuple):
         return np.where(np.isfinite(all_errors), -all_errors, FAR)[None]
 
     def jacobian(self, theta: np.ndarray) -> np.ndarray:
-        """Derivative of the replayed values, shape (1, point, parameter), by one-sided differences."""
-        here, steps = self.residual(theta), np.where(theta > 0.5, -SLOPE_STEP, SLOPE_STEP)
-        columns = [
-            (here - self.residual(row)) / step
-            for row, step in zip(theta + np.diag(steps), steps, strict=True)
-        ]
-        return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
+        """Derivative of the replayed values, shape (1, point, parameter)."""
+        return slopes(self.residual, theta, self.bounds(), SLOPE_STEP)
 
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Nothing is known beforehand but the ends."""
@@ -124,24 +111,33 @@ def fit_rig(
     temperature: bool = False,
     near: Mapping[str, float] | None = None,
     alone: bool = False,
-) -> RigEstimate:
+) -> Estimate:
     """Estimate of a model from some runs; `near` and `alone` as in `RigProblem.solve`.
 
-    Intervals do not include an error of the model itself.
+    Intervals do not include an error of the model itself. A parameter on one of its ends has none.
     """
     problem = RigProblem(rig, model, runs, tuple(fitted_names(rig, model)), temperature)
     best = problem.solve(near, alone)
     values, both = problem.values(best.theta), covariances(best)
     low, high = dict[str, float](), dict[str, float]()
+    on_end = tuple(
+        name for name, part in zip(problem.names, best.theta, strict=True) if not ON_END < part < 1 - ON_END
+    )
     for i, name in enumerate(problem.names):
         lowest, highest = rig.ends[name]
-        start, end = parameter_interval(problem, best, i, both, logarithmic=False)
-        on_end = not ON_END < best.theta[i] < 1 - ON_END
-        if on_end and np.isfinite([start, end]).any():
-            start = end = np.nan
-        low[name], high[name] = (lowest + part * (highest - lowest) for part in (start, end))
-    P = np.concatenate([run_errors(rig, model, values, run)[0] for run in runs])
-    return RigEstimate(values, problem.names, low, high, rms(P))
+        ends = parameter_interval(problem, best, i, both, logarithmic=False)
+        low[name], high[name] = (
+            lowest + part * (highest - lowest) if np.isfinite(part) and name not in on_end else np.nan
+            for part in ends
+        )
+    errors = errors_of_runs(rig, model, values, runs)
+    return Estimate(values, low, high, errors, np.full_like(errors, np.nan), np.empty(0), at_bound=on_end)
+
+
+def errors_of_runs(rig: Rig, model: str, values: Mapping[str, float], runs: Sequence[Run]) -> np.ndarray:
+    """Root mean square errors of the pressures at all points of some runs, Pa, by chamber."""
+    parts = [np.split(run_errors(rig, model, values, run)[0], len(run.pressures)) for run in runs]
+    return np.array([rms(np.concatenate(side)) for side in zip(*parts, strict=True)])
 
 
 def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
@@ -157,22 +153,14 @@ def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
         return []
     possible = POSSIBLE_HOSE | {"hose_volume": (smallest, largest)}
     line = fit_rig(rig.changed(**possible), "full order", runs)
-    if line.rms > HOSE_HELPS * lowest:
+    if (left := rms_of_chambers(line.rms)) > HOSE_HELPS * lowest:
         return []
     words = " and ".join(map(key, POSSIBLE_HOSE))
     volume, C = (line.values[name] / factor(name) for name in POSSIBLE_HOSE)
     return [
         f"a hose of {volume:.3g} mL and {C:.3g} dm3/(s bar) between valve and chamber would bring the error"
-        f" from {lowest / 1e3:.3g} to {line.rms / 1e3:.3g} kPa: add {words}"
+        f" from {lowest / 1e3:.3g} to {left / 1e3:.3g} kPa: add {words}"
     ]
-
-
-class Judged(NamedTuple):
-    """A fitted model, and its errors on points that its fit did not use."""
-
-    estimate: RigEstimate
-    held_out: float  # Pa
-    T: float  # K, over all temperatures; NaN where none was measured
 
 
 def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
@@ -190,27 +178,27 @@ def judged(
     runs: Sequence[Run],
     temperature: bool = False,
     near: Mapping[str, float] | None = None,
-) -> Judged:
-    """Estimate of a model, and its error on points held out.
+) -> Estimate:
+    """Estimate of a model, with its error on points held out.
 
     Of several runs, the first are fitted and the others held out. Of a single run with many points, the later
     ones are held out. Of one with few points, every second is held out, then the others; the estimate itself
     is from all points.
     """
-    left = list[np.ndarray]()
     used = fitted_runs(runs)
     estimate = fit_rig(rig, model, used, temperature, near)
-    left += [run_errors(rig, model, estimate.values, run)[0] for run in runs[len(used) :]]
-    if len(runs) == 1 and len(used[0].P.t) < len(runs[0].P.t):
+    if len(runs) > 1:
+        held_out = errors_of_runs(rig, model, estimate.values, runs[len(used) :])
+    elif len(used[0].P.t) < len(runs[0].P.t):
         later = runs[0].within(used[0].P.t[-1], np.inf)
-        left.append(run_errors(rig, model, estimate.values, later)[0])
-    elif len(runs) == 1:
-        run = runs[0]
+        held_out = errors_of_runs(rig, model, estimate.values, [later])
+    else:
+        (run,), parts = runs, list[np.ndarray]()
         for chosen, others in (halves(run.P), halves(run.P)[::-1]):
             part = fit_rig(rig, model, [run._replace(P=chosen)], temperature, estimate.values, alone=True)
-            left.append(run_errors(rig, model, part.values, run._replace(P=others))[0])
-    T = np.concatenate([run_errors(rig, model, estimate.values, run)[1] for run in runs])
-    return Judged(estimate, rms(np.concatenate(left)), rms(T) if len(T) else np.nan)
+            parts.append(run_errors(rig, model, part.values, run._replace(P=others))[0])
+        held_out = np.array([rms(np.concatenate(parts))])
+    return estimate._replace(held_out=held_out)
 
 
 def judged_models(
@@ -219,50 +207,93 @@ def judged_models(
     models: Sequence[str] = RIG_MODELS,
     temperature: bool = False,
     progress: Callable[[str], None] = lambda _text: None,
-) -> xr.Dataset:
-    """Several models fitted to a rig's runs.
+) -> FitResult:
+    """Several models fitted to a rig's runs, with the last run as it was measured and as they replay it.
 
-    Errors `fitted` and `held_out`, Pa, and `T_error`, K, by model; `estimate`, `low` and `high` by (model,
-    parameter) in the unit that the parameter's name ends with, NaN where a model does not fit it or the
-    value is on a bound, infinite where an end is open.
+    Besides the variables of every fit, there are `rms_temperature`, K, by model and, where temperatures were
+    measured, `T`, K, by t_T and `temperature`, K, by (model, t_T).
     """
-    results = dict[str, Judged]()
+    estimates = dict[str, Estimate]()
     for model in models:
-        best = min((r.estimate for r in results.values()), key=lambda e: e.rms, default=None)
-        results[model] = judged(rig, model, runs, temperature, best and best.values)
-        held_out = results[model].held_out
-        progress(
-            f"{model}: {results[model].estimate.rms / 1e3:.2f} kPa fitted, {held_out / 1e3:.2f} held out"
-        )
+        best = min(estimates.values(), key=lambda e: rms_of_chambers(e.rms), default=None)
+        estimates[model] = judged(rig, model, runs, temperature, best and best.values)
+        fitted, left = (rms_of_chambers(e) / 1e3 for e in (estimates[model].rms, estimates[model].held_out))
+        progress(f"{model}: {fitted:.2f} kPa fitted, {left:.2f} held out")
+    estimates, run, used = ranked(estimates), runs[-1], fitted_runs(runs)
+    off_T = [
+        np.concatenate([run_errors(rig, model, e.values, run)[1] for run in runs])
+        for model, e in estimates.items()
+    ]
+    replays = {model: replay_run(rig, model, e.values, run) for model, e in estimates.items()}
+    measured = [thinned(P) for P in run.pressures]
+    t = measured[0].t
     names = [name for name, (low, high) in rig.ends.items() if low < high]
-    estimates = [result.estimate for result in results.values()]
-
-    def by_parameter(field: str) -> tuple[tuple[str, str], list[list[float]]]:
-        rows = [
-            [getattr(e, field)[name] / factor(name) if name in e.fitted else np.nan for name in names]
-            for e in estimates
-        ]
-        return ("model", "parameter"), rows
-
-    Pa = {"units": "Pa"}
-    return xr.Dataset(
-        {
-            "fitted": ("model", [e.rms for e in estimates], Pa),
-            "held_out": ("model", [result.held_out for result in results.values()], Pa),
-            "T_error": ("model", [result.T for result in results.values()], {"units": "K"}),
-            "estimate": by_parameter("values"),
-            "low": by_parameter("low"),
-            "high": by_parameter("high"),
-        },
-        {"model": list(models), "parameter": [key(name) for name in names]},
+    quantities = {name: fitted_quantity(name) for name in names}
+    shown = {
+        model: e._replace(
+            values={name: e.values[name] for name in fitted_names(rig, model)},
+            pressure=np.array([np.interp(t, *P) for P in replays[model].pressures]),
+        )
+        for model, e in estimates.items()
+    }
+    K = {"units": "K"}
+    data = estimates_data(shown, {name: quantity.unit for name, quantity in quantities.items()})
+    data = data.assign_coords(t=("t", t, {"units": "s"})).assign(
+        P=(("chamber", "t"), [np.interp(t, *P) for P in measured], {"units": "Pa"}),
+        x=("t", np.interp(t, run.t, run.x), {"units": "m"}),
+        rms_temperature=("model", [rms(T) if len(T) else np.nan for T in off_T], K),
+    )
+    if run.T is not None:
+        T = [np.interp(run.T.t, *replayed.T) for replayed in replays.values()]
+        data = data.assign_coords(t_T=("t_T", run.T.t, {"units": "s"})).assign(
+            T=("t_T", run.T.values, K), temperature=(("model", "t_T"), T, K)
+        )
+    lowest = min(rms_of_chambers(e.rms) for e in estimates.values())
+    return FitResult(
+        data=data,
+        notes=(how_judged(runs),),
+        warnings=(*rig_warnings(rig, used, lowest), *unphysical(rig, shown)),
+        held_out_from=0.0 if len(runs) > 1 else float(used[0].P.t[-1]),
+        quantities=quantities,
+        of="rig",
     )
 
 
-def values_of(result: xr.Dataset, rig: Rig, model: str) -> dict[str, float]:
-    """All quantities of a rig with the estimates of a model in a result of `judged_models`, SI units."""
-    values = {name: low for name, (low, _) in rig.ends.items()}
-    for name in values:
-        if key(name) in result["parameter"]:
-            estimate = result["estimate"].sel(model=model, parameter=key(name)).item()
-            values[name] = estimate * factor(name) if np.isfinite(estimate) else values[name]
-    return values
+def how_judged(runs: Sequence[Run]) -> str:
+    """Sentence on what was fitted, and what models are ranked by."""
+    if len(runs) > 1:
+        return (
+            "the first quarter of the pulses was fitted; models are ranked by their error on the others,"
+            " which they replay from rest"
+        )
+    if len(fitted_runs(runs)[0].P.t) == len(runs[0].P.t):
+        return (
+            "models are ranked by their error on every second point, fitted on the others, both ways;"
+            " estimates are from all points"
+        )
+    return (
+        "the first part of the run was fitted; models are ranked by their error on the rest, which they"
+        " replay from the run's start"
+    )
+
+
+def unphysical(rig: Rig, estimates: Mapping[str, Estimate]) -> list[str]:
+    """Warnings of an n or a discharge coefficient that no gas and no orifice has, by model."""
+    physical = {"n": (1.0, rig.gas.gamma), "C_d": C_D}
+    return [
+        f"{model}: {name} = {e.values[name]:.3g} is not from {low:g} to {high:g}: not physical"
+        for model, e in estimates.items()
+        for name, (low, high) in physical.items()
+        if name in e.values and not low <= e.values[name] <= high
+    ]
+
+
+def thinned(points: Points) -> Points:
+    """Every k-th of some points, so that at most `MOST_SHOWN` remain."""
+    return points.part(np.arange(len(points.t)) % max(1, -(-len(points.t) // MOST_SHOWN)) == 0)
+
+
+def values_of(fit: FitResult, rig: Rig, model: str) -> dict[str, float]:
+    """All quantities of a rig with the estimates of a model, SI units."""
+    found = {name: interval.value for name, interval in fit.estimates(model).items()}
+    return {name: low for name, (low, _) in rig.ends.items()} | found

@@ -20,12 +20,11 @@ LIGHT_LOOKS = {"green": ("close", "✓"), "yellow": ("explained", "≈"), "red":
 
 def fit_page(fit: FitResult, name: str) -> str:
     """Return the page of a fit of the measurement `name`: table, figures and notes, nothing from outside."""
-    closed = isinstance(fit, ClosedChambersResult)
     return page_text(
         "fit.html.j2",
         name=name,
         headings=fit_heads(fit),
-        closed=closed,
+        of=fit.of,
         rows=fit_rows(fit),
         rig=rig_rows(fit),
         rig_headings=RIG_HEADS,
@@ -34,7 +33,7 @@ def fit_page(fit: FitResult, name: str) -> str:
         duration=f"{fit.data['t'].values[-1]:.4g}",
         held_out_from=f"{fit.held_out_from:.4g}",
         warnings=fit.warnings,
-        valve=wall_text(fit) if closed else "",
+        valve=wall_text(fit) if isinstance(fit, ClosedChambersResult) else "",
         notes=fit.notes,
         answer=answer_text(fit),
         misfit=misfit_text(fit),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pneumo.fit.fit_result import ClosedChambersResult, FitResult, adds_little, light, rms_of_chambers
+from pneumo.fit.fit_result import FitResult, adds_little, light, rms_of_chambers
 from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
 from pneumo.publish.text.formatting import KILO
 
@@ -37,8 +37,10 @@ def answer_text(fit: FitResult) -> str:
     if np.isfinite(percent):
         text += f", {percent:.2g} % of the pressures' swing"
     if best != first:
-        law = "law" if isinstance(fit, ClosedChambersResult) else "reduced model"
-        text += f". Best {law}: {best}, {_error(fit, best) / KILO:.3g} kPa"
+        other = {"closed": "law", "rig": "model without a parameter on its bound"}.get(
+            fit.of, "reduced model"
+        )
+        text += f". Best {other}: {best}, {_error(fit, best) / KILO:.3g} kPa"
     lights = list(fit.lights.values())
     if lights:
         text += f". Of {len(lights)} parameters of the rig, {lights.count('green')} are determined"
@@ -59,7 +61,9 @@ def misfit_text(fit: FitResult) -> str:
     ratio, part = by_window[place, chamber], windows[place]
     if ratio < MUCH:
         return "The residual is spread evenly over the record."
-    where = f"t = {t[part[0]]:.4g} to {t[part[-1]]:.4g} s, x = {x[part].min():.3g} to {x[part].max():.3g} mm"
+    where = f"t = {t[part[0]]:.4g} to {t[part[-1]]:.4g} s"
+    if np.ptp(x) > 0:
+        where += f", x = {x[part].min():.3g} to {x[part].max():.3g} mm"
     above = f"{ratio:.2g} times its RMS over the record"
     return f"The residual is largest in {'AB'[chamber]} at {where}: {above}."
 

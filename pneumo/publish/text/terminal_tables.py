@@ -5,7 +5,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from rich import box
 from rich.markup import escape
 from rich.table import Table
@@ -134,6 +133,7 @@ def study_tables(answer: Answer) -> list[Table]:
 
 RANKED = "Ranked by rms error on the part held out; 95 % intervals"
 ERRORS = ("rms held out (kPa)", "rms fitted (kPa)")
+TEMPERATURE = "temperature (K)"
 
 
 def fitted_quantities(fit: FitResult) -> dict[str, tuple[str, str, float]]:
@@ -141,17 +141,23 @@ def fitted_quantities(fit: FitResult) -> dict[str, tuple[str, str, float]]:
 
     The valve is shown as it was configured: k_x k_u or C.
     """
-    names = [name for name in fit.data["parameter"].values if name not in (*VALVE, *ALSO, *STARTS)]
-    looks = {name: (q.heading, q.shown_unit, q.factor) for name in names for q in [QUANTITIES[name]]}
+    hidden = () if fit.of == "rig" else (*VALVE, *ALSO, *STARTS)
+    names = [str(name) for name in fit.data["parameter"].values if name not in hidden]
+    looks = {name: (q.heading, q.shown_unit, q.factor) for name in names for q in [fit.quantities[name]]}
     if "k_xu" in looks and fit.C_per_k_xu is not None:
         looks["k_xu"] = ("C", "dm³/(s bar)", fit.C_per_k_xu)
     return looks
 
 
+def parameter_heads(fit: FitResult) -> list[str]:
+    """Headings of the parameters in the table of a fit, with their units."""
+    return [f"{name} ({unit})" if unit else name for name, unit, _ in fitted_quantities(fit).values()]
+
+
 def fit_heads(fit: FitResult) -> list[str]:
     """Headings of the table of a fit."""
-    names = (f"{name} ({unit})" if unit else name for name, unit, _ in fitted_quantities(fit).values())
-    return ["law" if isinstance(fit, ClosedChambersResult) else "model", *ERRORS, *names]
+    errors = (*ERRORS, TEMPERATURE) if "rms_temperature" in fit.data else ERRORS
+    return ["law" if fit.of == "closed" else "model", *errors, *parameter_heads(fit)]
 
 
 def fit_rows(fit: FitResult) -> list[list[str]]:
@@ -161,13 +167,27 @@ def fit_rows(fit: FitResult) -> list[list[str]]:
         part = fit.data.sel(model=model)
         row = [model]
         row += [f"{rms_of_chambers(part[name].values) / KILO:.3g}" for name in ("rms_held_out", "rms_fitted")]
+        if "rms_temperature" in part:
+            off = part["rms_temperature"].item()
+            row.append(significant(off) if np.isfinite(off) else "–")
         for parameter, (_, _, factor) in fitted_quantities(fit).items():
             cell = part.sel(parameter=parameter)
             best, low, high = (factor * cell[key].item() for key in ("estimate", "low", "high"))
-            ends = ends_text(low, high) if low != 0 else f"0 to {significant(high)}"  # no leakage is an end
-            row.append("" if np.isnan(best) else f"{significant(best)} ({ends})")
+            if np.isnan(best):
+                row.append("")
+            elif np.isnan([low, high]).all() and cell["at_bound"].item():
+                row.append(f"{significant(best) if best else '0'} (on its bound)")
+            else:
+                row.append(f"{significant(best)} ({_ends(low, high)})")
         rows.append(row)
     return rows
+
+
+def _ends(low: float, high: float) -> str:
+    """Ends of an interval that may begin at zero, or below it."""
+    if np.isfinite(high - low) and low <= 0:
+        return f"{significant(low) if low else '0'} to {significant(high)}"
+    return ends_text(low, high)
 
 
 RIG_TITLE = (
@@ -201,15 +221,37 @@ def rig_rows(fit: FitResult) -> list[list[str]]:
 def fit_tables(fit: FitResult) -> list[Table]:
     """Ranking with n and k_0, then valve and dead volumes, with 95 per cent intervals: 80 columns each.
 
-    Then, where the full order was fitted, how far configured quantities move its parameters.
+    Then, where the full order was fitted, how far configured quantities move its parameters. Of closed
+    chambers and rigs, every parameter of one model is a row.
     """
-    if isinstance(fit, ClosedChambersResult):
-        return closed_tables(fit)
     heads, rows = [head.removeprefix("rms ").replace(" (", "\n(") for head in fit_heads(fit)], fit_rows(fit)
+    if fit.of != "cylinder":
+        return [_ranking_table(fit), _model_table(fit)]
     return [
         _table(title, [heads[i] for i in columns], [[row[i] for i in columns] for row in rows])
         for title, columns in ((RANKED, (0, 1, 2, 3, 4)), ("Valve and dead volumes", (0, 5, 6, 7)))
     ] + [full_order_table(rows) for rows in [rig_rows(fit)] if rows]
+
+
+def _ranking_table(fit: FitResult) -> Table:
+    """Errors of every model or law; of a law its n or k_0 too."""
+    heads, rows = fit_heads(fit), fit_rows(fit)
+    errors = len(heads) - len(parameter_heads(fit))
+    first = [head.removeprefix("rms ").replace(" (", "\n(") for head in heads[:errors]]
+    if fit.of == "rig":
+        return _table(RANKED, first, [row[:errors] for row in rows])
+    columns = [(name, heads.index(head)) for name, head in (("n  ", "n"), ("k_0", "k_0 (W/K)"))]
+    laws = [[*row[:errors], next((f"{name} {row[i]}" for name, i in columns if row[i]), "")] for row in rows]
+    return _table(RANKED, (*first, "n, or k_0 (W/K)"), laws)
+
+
+def _model_table(fit: FitResult) -> Table:
+    """Every parameter of the best model, or of the law whose parameters a configuration gets."""
+    model = fit.models[0] if fit.of == "rig" else fit.model_of_rig
+    row = next(row for row in fit_rows(fit) if row[0] == model)
+    heads = parameter_heads(fit)
+    cells = zip(heads, row[-len(heads) :], strict=True) if heads else ()
+    return _table(model, ("", "95 % interval"), [pair for pair in cells if pair[1]])
 
 
 def full_order_table(rows: Sequence[Sequence[str]]) -> Table:
@@ -232,21 +274,6 @@ def validation_tables(errors: Mapping[str, np.ndarray]) -> list[Table]:
     return [_table(title, ("model", "A (kPa)", "B (kPa)"), rows)] if rows else []
 
 
-def closed_tables(fit: FitResult) -> list[Table]:
-    """Ranking of thermal laws with n or k_0, then every parameter of the law used for the configuration."""
-    law, heads, rows = fit.model_of_rig, fit_heads(fit), fit_rows(fit)
-    ranking: list[list[str]] = []
-    for row in rows:
-        n, k_0 = (row[heads.index(head)] for head in ("n", "k_0 (W/K)"))
-        ranking.append([*row[:3], f"n   {n}" if n else f"k_0 {k_0}" if k_0 else ""])
-    chosen = next(row for row in rows if row[0] == law)
-    parameters = [cells for cells in zip(heads[3:], chosen[3:], strict=True) if cells[1]]
-    return [
-        _table(RANKED, ("law", "held out\n(kPa)", "fitted\n(kPa)", "n, or k_0 (W/K)"), ranking),
-        _table(law, ("", "95 % interval"), parameters),
-    ]
-
-
 def wall_text(fit: ClosedChambersResult) -> str:
     """Conventions of a fit of closed chambers."""
     T, P = fit.T_wall, fit.P_0 / KILO
@@ -265,47 +292,3 @@ def transient_text(transient: "Transient") -> str:
         f"k_av = m c_v / tau     {significant(transient.k_av)} W/K, at {transient.P_inf / KILO:.4g} kPa\n"
         f"k_0, square-root law   {k_0}; rms residual {transient.rms:.3g} Pa"
     )
-
-
-# --- pneumo rig ------------------------------------------------------------------------------------
-
-
-RIG_ERRORS = ("model", *ERRORS, "temperature (K)")
-RIG_ESTIMATES = ("model", "parameter", "estimate", "95 % interval")
-ON_BOUND = "on its bound"
-NONE = 1e-9  # estimate, in the unit of its key, that is 0: the smallest of a rig's file is 1e-6
-SIGNED = ("valve_opening_delay_ms", "valve_closing_delay_ms")  # whose ends may be negative
-
-
-def rig_cells(result: xr.Dataset) -> tuple[list[list[str]], list[list[str]]]:
-    """Rows of `RIG_ERRORS`, best first, and of `RIG_ESTIMATES`, from `judged_models`."""
-    errors: list[list[str]] = []
-    estimates: list[list[str]] = []
-    for name in result["model"].values[np.argsort(result["held_out"].values)]:
-        row = result.sel(model=name)
-        of_pressure = [significant(row[error].item() / KILO) for error in ("held_out", "fitted")]
-        T = row["T_error"].item()
-        errors.append([str(name), *of_pressure, significant(T) if np.isfinite(T) else "–"])
-        for parameter in result["parameter"].values:
-            value, low, high = (
-                row[key].sel(parameter=parameter).item() for key in ("estimate", "low", "high")
-            )
-            if np.isfinite(value):
-                if np.isnan(low) and np.isnan(high):
-                    ends = ON_BOUND
-                elif parameter in SIGNED and np.isfinite(high - low):
-                    ends = f"{significant(low)} to {significant(high)}"
-                else:
-                    ends = ends_text(low, high)
-                number = significant(value) if abs(value) > NONE else "0"
-                estimates.append([str(name), str(parameter), number, ends])
-    return errors, estimates
-
-
-def rig_tables(result: xr.Dataset) -> list[Table]:
-    """Tables of `rig_cells`: 80 columns."""
-    errors, estimates = rig_cells(result)
-    return [
-        _table("RMS errors", RIG_ERRORS, errors),
-        _table("Estimates", RIG_ESTIMATES, estimates),
-    ]

@@ -191,3 +191,21 @@ def test_what_is_missing_at_its_own_time_was_not_measured_there(tmp_path):
     data.to_netcdf(tmp_path / "tank.nc")
     (run,) = read_runs(tmp_path / "tank.nc", VESSEL)
     assert run.P.t.tolist() == [0.0, 1.0, 3.0, 4.0, 5.0] and run.T is None
+
+
+@pytest.mark.parametrize("late", [0.0, 1e-3])
+def test_a_valves_record_is_read_where_its_samples_are_equally_spaced(late, tmp_path):
+    t = 1e-3 * np.arange(400)
+    on = (t > 0.05) & (t < 0.2)
+    t[200:] += late  # s, one sample that is a whole period late
+    columns = {"t_s": t, "u_V": 5.0 * on, "x_mm": np.full(400, 10.0), "P_A_bar": 1.0 + 2.0 * on}
+    file = tmp_path / "valve.csv"
+    pd.DataFrame(columns).to_csv(file, index=False)
+    valve = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
+    chamber = rig({"bore_mm": 25, "dead_volume_mL": 5} | valve, "test")
+    if late:
+        with pytest.raises(InputError, match=r"valve\.csv: t: samples must be equally spaced, within 2 %"):
+            read_runs(file, chamber)
+    else:
+        (pulse,) = read_runs(file, chamber)
+        assert pulse.P.values.max() == pytest.approx(3e5)
