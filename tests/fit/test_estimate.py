@@ -4,18 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from synthetic_records import synthetic_record, true_parameters
+from synthetic_records import synthetic_record
 
 from pneumo.errors import InputError
-from pneumo.fit.closed.thermal_time_constant import transient
 from pneumo.fit.engine import covariances, expected_shifts, larger
 from pneumo.fit.estimate import estimate, split_of
 from pneumo.fit.fit_problem import FULL, Problem, fit, replayed_pressures, settled
-from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.stage_signals import smoothing, stage_signals
 from pneumo.physics.models import MODELS
-from pneumo.runs import OPEN_LOOP
-from pneumo.simulation.full_order import run
 
 MOVED = [0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01]  # beside the guess
 
@@ -87,32 +83,6 @@ def test_a_leaking_valve_is_refused_in_one_line(known):
     leaking = known.configured._replace(valve=known.configured.valve._replace(leak=1e-8))
     with pytest.raises(InputError, match=r"^valve: leak = 1e-08 m2.*leak_dm3_per_sbar.*$"):  # . is no newline
         fit(problem_of(known, "M7")._replace(plant=leaking))
-
-
-@pytest.mark.slow
-def test_estimates_of_a_few_cases_hold_the_truth():
-    inside = []
-    for seed in (8, 16):
-        known = synthetic_record(seed, "M7")
-        record = record_of(known)
-        found = estimate(MODELS["M7"], known.configured, record, intervals=("k_xu",))
-        inside.append(found.low["k_xu"] <= true_parameters(known)["k_xu"] <= found.high["k_xu"])
-        # Nothing can be nearer than the noise; the right model is not much farther.
-        assert 0.95 < found.held_out.mean() / (known.noise * 1e6) < 1.3
-    assert any(inside)  # both miss once in 400
-
-
-@pytest.mark.parametrize("side", ["A", "B"])
-def test_thermal_time_constant_of_a_full_order_transient(plant, side):
-    T = plant.conditions.T_0 - 15.0
-    held = plant._replace(cylinder=plant.cylinder._replace(M=1e6))
-    states = run(np.array([0, 0, 5e5, T, 5e5, T]), np.zeros(4001), 0.0, OPEN_LOOP, held, 1e-3).states
-    P = states[:, [2, 4]].T + np.random.default_rng(1).normal(0, 500.0, (2, 4001))
-    m = Measurement("m", 1e-3, np.zeros(4001), states[:, 0], P)
-    found = transient(m, held, side)
-    # lambda changes with the root of PT, some 5 % over the transient, and the time constant with it.
-    assert found.k_0 == pytest.approx(plant.k_0, rel=0.05)
-    assert found.k_0_low < found.k_0 < found.k_0_high
 
 
 def test_exact_signals_have_no_error_in_the_part_held_out(known):

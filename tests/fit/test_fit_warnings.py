@@ -77,26 +77,6 @@ def test_full_order_fit_gives_the_rig_back_and_nothing_is_doubted(sound, plant):
     assert fit_warnings(problem, found) == []
 
 
-def supply_too_high(plant):
-    return plant._replace(conditions=plant.conditions._replace(P_s=plant.conditions.P_s + 1e5))
-
-
-def without_rod(plant):
-    return plant._replace(cylinder=plant.cylinder._replace(A_B=plant.cylinder.A_A))
-
-
-MISTAKES = [(supply_too_high, r"supply of 70\d"), (without_rod, r"area of 69\d\.\d .*rod")]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("wrong", "said"), MISTAKES)
-def test_a_wrong_configuration_is_named_with_the_number_that_would_explain_the_record(plant, wrong, said):
-    c = bench_record(RIG, np.random.default_rng(3), SECONDS)
-    measurement = Measurement("m", 1e-3, c["u"], c["x"], np.array([c["P_A"], c["P_B"]]))
-    found = fit_measurement(measurement, wrong(plant), [])
-    assert re.search(said, found.warnings[-1])
-
-
 def test_residuals_that_move_nothing_beyond_the_interval_are_no_doubt():
     split = [Residual(1e3, 500.0, 1e3)] * 2
     assert doubtful(split, {"k_0": 0.2}, {"k_0": 0.1})

@@ -12,7 +12,7 @@ from pneumo.configuration.known_within import known_within
 from pneumo.configuration.parameters import load, study
 from pneumo.fit.fit_result import Estimate, FitResult, fit_data
 from pneumo.fit.fitted_parameters import REPORTED
-from pneumo.fit.fitted_yaml import _held_out_error, _known_within, fitted_configuration
+from pneumo.fit.fitted_yaml import fitted_configuration
 from pneumo.fit.record.measurement import Measurement
 from pneumo.publish.text.terminal_tables import rig_rows
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -241,28 +241,3 @@ def test_a_dead_time_with_an_upper_end_alone_is_not_determined(mine, tmp_path):
     fit = found(full=Estimate(VALUES | {"dead_time": 1e-4}, low, high, *[np.zeros(2)] * 3))
     text = written(fit, "mine", mine, TEMPLATE)  # it may be negative, so an upper end says little
     assert re.search("not determined by the record, so as configured: dead time", text)
-
-
-def test_an_estimate_of_zero_has_no_relative_accuracy_and_needs_none():
-    zero = Interval(0.0, -0.1, 0.1)
-    k_xu = Interval(1e-6, 0.99e-6, 1.01e-6)
-    assert _known_within({"null": zero, "k_xu": k_xu}) == _known_within({"k_xu": k_xu})
-
-
-def test_an_accuracy_is_rounded_up_to_a_hundredth_of_a_percent_and_is_at_least_that():
-    def percent(half):
-        k_xu = Interval(1e-6, 1e-6 * (1 - half), 1e-6 * (1 + half))
-        return _known_within({"k_xu": k_xu})  # nothing else is known
-
-    assert percent(0.0) == ({"valve_within_percent": 0.01}, [])
-    assert percent(1.2345e-2)[0] == {"valve_within_percent": pytest.approx(1.24, rel=1e-9)}
-    volumes = {name: Interval(1e-5, 0.9e-5, 1.05e-5) for name in ("V_d_A", "V_d_B")}
-    assert _known_within(volumes)[0] == {"dead_volumes_within_percent": pytest.approx(10.0, rel=1e-9)}
-    assert _known_within({"V_d_A": volumes["V_d_A"]}) == ({}, [])
-
-
-@pytest.mark.parametrize(("error", "said"), [(1234.9, "1.23 kPa rms"), (1235.1, "1.24 kPa rms")])
-def test_the_error_held_out_is_said_to_its_third_digit(error, said):
-    fit = found()
-    fit.data["rms_held_out"].loc[{"model": "M8"}] = error
-    assert _held_out_error(fit, "M8") == said

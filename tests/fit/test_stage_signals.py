@@ -68,25 +68,6 @@ def test_smoothing_is_that_with_the_lowest_generalised_cross_validation():
     assert smoothing(x, PERIOD) == pytest.approx((weight * PERIOD**3, variance**0.5), rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("count", "lowest", "pieces"), [(150, 0, [(2, 64)]), (128, 0, [(2, 64)]), (127, 0, []), (150, 1, [])]
-)
-def test_where_nothing_is_smoothed_the_noise_is_that_of_pieces_of_64_samples(
-    monkeypatch, count, lowest, pieces
-):
-    """Jumps and impacts hide it: then the lowest weight is best, and the whole says nothing of the noise."""
-    shapes = []
-
-    def validated(x):
-        shapes.append(x.shape)
-        return SMOOTHING[lowest], float(len(x)) * 4  # 4 of the whole, 8 of two pieces
-
-    monkeypatch.setattr("pneumo.fit.stage_signals._cross_validated", validated)
-    found = smoothing(np.zeros(count), PERIOD)
-    assert shapes == [(1, count), *pieces]
-    assert found == pytest.approx((SMOOTHING[lowest] * PERIOD**3, 8**0.5 if pieces else 2.0), rel=1e-9)
-
-
 def test_a_step_is_between_20_us_and_1_ms_and_no_command_is_beyond_its_limit(plant):
     u, x = np.full(50, plant.valve.u_max), np.full(50, plant.cylinder.x_min)
     wide = plant._replace(valve=plant.valve._replace(k_xu=1.0))
