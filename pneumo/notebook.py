@@ -21,7 +21,6 @@ from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.equations.chamber_rate import model_row
 from pneumo.errors import InputError, printable
-from pneumo.fit.estimate import MOST_STEPS, PART
 from pneumo.fit.fit_result import FitResult
 from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
 from pneumo.fit.fitted_yaml import fitted_configuration
@@ -31,6 +30,7 @@ from pneumo.fit.position_checks import position_shown
 from pneumo.fit.record.columns import Column
 from pneumo.fit.record.joined_records import joined
 from pneumo.fit.record.measurement import Measurement, read_measurement
+from pneumo.fit.settings import MOST_STEPS, PART
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import record_figure, residual_figure
 from pneumo.publish.pages.fit_page import fit_page

@@ -12,6 +12,7 @@ from typer import Argument, Option
 from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, Trust, output_to, read_configuration
 from pneumo.fit.fitted_parameters import ALSO
 from pneumo.fit.record.formats import FORMATS
+from pneumo.fit.settings import FEWEST_SAMPLES, MOST_STEPS
 
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 
@@ -115,7 +116,7 @@ def fit(
     from pneumo.configuration.sampling import HELD, INTERPOLATED
     from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
-    from pneumo.fit.estimate import MOST_STEPS, at_temperature
+    from pneumo.fit.estimate import at_temperature
     from pneumo.fit.fit_result import ClosedChambersResult
     from pneumo.fit.fitted_yaml import fitted_configuration
     from pneumo.fit.measurement_fit import fit_measurement, fitted_too, validation
@@ -174,7 +175,6 @@ def fit(
     rule = HELD if command == "held" else INTERPOLATED
     if measured.closed:
         from pneumo.fit.closed.closed_fit import fit_closed
-        from pneumo.fit.closed.thermal_time_constant import FEWEST_SAMPLES
 
         for option in [
             name for name, given in (("model", model), ("also", also), ("validate", other)) if given

@@ -4,76 +4,36 @@ A bore or a zero of the position that is off by its stated accuracy changes the 
 signals, and so the minimum of the sum of squares. Its shift is computed to first order, from the curvature.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
-from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
 from pneumo.fit.engine import Solution, inverse_curvature
 from pneumo.fit.fit_problem import LIMITS, Problem, replayed_pressures, si_value
-from pneumo.fit.fitted_parameters import CONFIGURED, SHIFTING, UNFITTED
+from pneumo.fit.fitted_parameters import CONFIGURED, SHIFTING
 
 
-def _plant(change: Callable[[Plant, Accuracy], Plant]) -> Callable[[Problem, Accuracy], Problem]:
-    return lambda problem, known: problem._replace(plant=change(problem.plant, known))
-
-
-def _wider(plant: Plant, known: Accuracy) -> Plant:
-    c, factor = plant.cylinder, 1 + known.bore
-    return plant._replace(
-        cylinder=c._replace(bore=c.bore * factor, A_A=c.A_A * factor**2, A_B=c.A_B * factor**2)
+def changed(problem: Problem, known: Accuracy) -> tuple[Problem, ...]:
+    """Problems in which one quantity is off by its accuracy, for each of `UNFITTED`."""
+    plant, signals = problem.plant, problem.signals
+    c, air, wider = plant.cylinder, plant.conditions, 1 + known.bore
+    wide = c._replace(bore=c.bore * wider, A_A=c.A_A * wider**2, A_B=c.A_B * wider**2)
+    plants = (
+        plant._replace(cylinder=wide),
+        plant._replace(cylinder=c._replace(stroke=c.stroke + known.stroke)),
+        plant._replace(conditions=air._replace(T_amb=air.T_amb + known.T_amb)),
+        plant._replace(conditions=air._replace(P_atm=air.P_atm * (1 + known.P_atm))),
     )
-
-
-def _longer(plant: Plant, known: Accuracy) -> Plant:
-    return plant._replace(cylinder=plant.cylinder._replace(stroke=plant.cylinder.stroke + known.stroke))
-
-
-def _moved(problem: Problem, known: Accuracy) -> Problem:
-    motion = problem.signals.motion + np.array([known.x_zero, 0.0])
-    return problem._replace(signals=problem.signals._replace(motion=motion))
-
-
-def _stretched(problem: Problem, known: Accuracy) -> Problem:
-    motion = problem.signals.motion * (1 + known.x_scale)
-    return problem._replace(signals=problem.signals._replace(motion=motion))
-
-
-def _warmer(plant: Plant, known: Accuracy) -> Plant:
-    c = plant.conditions
-    return plant._replace(conditions=c._replace(T_amb=c.T_amb + known.T_amb))
-
-
-def _atmosphere(plant: Plant, known: Accuracy) -> Plant:
-    c = plant.conditions
-    return plant._replace(conditions=c._replace(P_atm=c.P_atm * (1 + known.P_atm)))
-
-
-def _gain(side: int) -> Callable[[Problem, Accuracy], Problem]:
-    def change(problem: Problem, known: Accuracy) -> Problem:
-        P = problem.signals.P.copy()
-        P[side] *= 1 + known.P_gain
-        return problem._replace(signals=problem.signals._replace(P=P))
-
-    return change
-
-
-def _measured_supply(problem: Problem, known: Accuracy) -> Problem:
-    P_s = problem.signals.P_s
-    return (
-        problem
-        if P_s is None
-        else problem._replace(signals=problem.signals._replace(P_s=P_s * (1 + known.P_gain)))
+    bore, stroke, T_amb, P_atm = (problem._replace(plant=other) for other in plants)
+    gains = (1 + known.P_gain * np.array([[1.0], [0.0]]), 1 + known.P_gain * np.array([[0.0], [1.0]]))
+    P_s = signals.P_s if signals.P_s is None else signals.P_s * (1 + known.P_gain)
+    records = (
+        signals._replace(motion=signals.motion + np.array([known.x_zero, 0.0])),
+        signals._replace(motion=signals.motion * (1 + known.x_scale)),
+        *(signals._replace(P=signals.P * gain) for gain in gains),
+        signals._replace(P_s=P_s),
     )
-
-
-_CHANGES = (
-    *(_plant(_wider), _plant(_longer), _moved, _stretched, _plant(_warmer)),
-    *(_plant(_atmosphere), _gain(0), _gain(1), _measured_supply),
-)
-# Of `UNFITTED`: the problem in which the quantity is off by its accuracy.
-CHANGED = dict(zip(UNFITTED, _CHANGES, strict=True))
+    zero, scale, P_A, P_B, supply = (problem._replace(signals=other) for other in records)
+    return bore, stroke, zero, scale, T_amb, P_atm, P_A, P_B, supply
 
 
 def shifts(changes: np.ndarray, J: np.ndarray, inverse: np.ndarray) -> np.ndarray:
@@ -102,15 +62,13 @@ def changes_of(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarr
 
     In units of P_s, at the optimum `theta`, shape (quantity, chamber, sample).
     """
-    replayed = replayed_pressures(problem, theta[None])[0]
-    result = np.zeros((len(CHANGED), *replayed.shape))
-    for row, change in enumerate(CHANGED.values()):
-        changed = change(problem, known)
-        if changed.signals.P is not problem.signals.P:
-            result[row] = changed.signals.P - problem.signals.P
-        elif changed is not problem:
-            result[row] = np.nan_to_num(replayed - replayed_pressures(changed, theta[None])[0])
-    return result / problem.plant.conditions.P_s
+
+    def residual(other: Problem) -> np.ndarray:
+        return other.signals.P - replayed_pressures(other, theta[None])[0]
+
+    here = residual(problem)
+    others = [residual(other) - here for other in changed(problem, known)]
+    return np.nan_to_num(np.array(others)) / problem.plant.conditions.P_s
 
 
 def prior_shifts(problem: Problem, inverse: np.ndarray, prior: np.ndarray, known: Accuracy) -> np.ndarray:

@@ -16,7 +16,8 @@ from scipy.optimize import brentq
 from scipy.signal import fftconvolve
 from scipy.stats import t
 
-LEVEL = 0.95
+from pneumo.fit.settings import LEVEL
+
 MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
 FREEDOM = 3.71 / MEMORY  # degrees of freedom of a covariance with a Parzen window (Priestley 1981, 6.2.4)
 HALF_WIDTH = float(t.ppf((1 + LEVEL) / 2, FREEDOM))  # of an interval, in standard errors

@@ -32,12 +32,11 @@ from pneumo.fit.fit_result import Estimate, rms_of_chambers
 from pneumo.fit.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
 from pneumo.fit.residuals import residuals
 from pneumo.fit.sensor_offsets import SensorOffset, sensor_offsets
+from pneumo.fit.settings import MOST_STEPS, PART
 from pneumo.fit.stage_signals import StageSignals
 from pneumo.fit.wall_laws import averaged_shift, likelihoods, wall_law_fits
 from pneumo.physics.models import Model, Wall
 
-PART = 0.6  # of the record that is fitted
-MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more and takes gigabytes
 NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
 ALONE_STEPS = 15  # of a search with one configured quantity free
 

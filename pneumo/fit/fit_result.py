@@ -13,21 +13,15 @@ import xarray as xr
 
 from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, STARTS, Quantity
 from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.settings import AS_GOOD, OF_STATED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
 from pneumo.hashing import code_hash
 from pneumo.physics.models import Wall
 from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
 
 Light = Literal["green", "yellow", "red"]  # of a parameter: determined, to be checked, not determined
-VAGUE, ROUGH = 3.0, 1.5  # upper over lower end of an interval that says little, and of one to be checked
-# The same of a parameter that may be zero: the fractions of its search that those ratios are of k_0's search.
-VAGUE_PART, ROUGH_PART = 0.14, 0.05
-# Interval over the one that the configuration states, above which the record adds little: alone it would give
-# an interval over 4/3 times as wide as the configuration's (1 / 0.8^2 - 1 = 0.75^2).
-OF_STATED = 0.8
 ADDS_LITTLE = "the record adds little to the stated accuracy"
 FIRST_WORDS = 48  # characters by which a table names a warning
-AS_GOOD = 1.05  # error on the part held out over the lowest, up to which models are equally good
 
 
 class FitWarning(str):

@@ -13,26 +13,28 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.fit.fit_problem import FULL, LIMITS, Problem, fit, search_value, si_value
-from pneumo.fit.fit_result import VAGUE, Estimate, FitWarning, equally_good
+from pneumo.fit.fit_result import Estimate, FitWarning, equally_good
 from pneumo.fit.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES, STARTS
 from pneumo.fit.position_checks import stated, stated_volume_warnings
 from pneumo.fit.residuals import BLOCK, Residual, block_means, residuals
+from pneumo.fit.settings import (
+    ALLOWED,
+    DISTRUST,
+    EARLY,
+    EXPLAINED,
+    OUTSIDE,
+    SEEN,
+    TIED,
+    TOLERATED,
+    UNLIKELY,
+    VAGUE,
+)
 
-EXPLAINED = 0.5  # rms of what is not noise with a cause over that without, below which the cause is named
-TIED = 1.5  # rms of what is not noise with a cause over that with the best, up to which both are named
 STEPS = 20  # of a search for a cause
-UNLIKELY = 2.0  # factor between a fitted and the configured dead volume
-# Half-widths, on the search's scale, by which residuals that are not noise may move a parameter unsaid.
-TOLERATED = {"k_0": 0.15, "k_xu": 0.03, "V_d_A": 0.05, "V_d_B": 0.05}
-DISTRUST = 5.0  # times that, beyond which intervals mean nothing
-ALLOWED = 3.0  # residual over the standard deviation of what a configuration within its accuracy leaves
-SEEN = 0.2  # coloured residual over the sensor's noise, below which it is not seen
 AROUND = 0.05  # s, after an event
 AT_STOP = 0.02  # of half the stroke, from its end
 SMALL = 0.1  # command over its limit
 MOSTLY, CONCENTRATED = 0.5, 2.0  # fraction of a misfit, also over that of the time, that makes a place
-OUTSIDE = 3.0  # standard deviations of its accuracy, beyond which a configured quantity is wrong
-EARLY = 0.1  # samples by which a valve may act before its command: no clock is better
 BEYOND = 0.02  # of n outside 1..gamma that noise explains
 CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
 

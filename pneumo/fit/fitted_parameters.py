@@ -8,6 +8,8 @@ the others, such as offsets of the pressure sensors. The table imports no numeri
 
 from typing import Literal, NamedTuple
 
+from pneumo.fit.settings import MOST_RECORDS
+
 FULL_ORDER = "full"  # name of the full-order chambers among fitted models
 
 
@@ -214,7 +216,6 @@ def _of_record(row: Parameter, record: int) -> Parameter:
     return row._replace(quantity=q._replace(name=q.name + of, heading=q.heading + of))
 
 
-MOST_RECORDS = 8  # that are fitted together; each has its own starts
 STARTS_OF_ONE = of_group("start", "first temperature")
 PARAMETERS |= {
     start_name(name, record): _of_record(PARAMETERS[name], record)

@@ -10,7 +10,7 @@ from pneumo.configuration.schema import MOST_K_0_FACTOR, MOST_PERCENT, Configura
 from pneumo.errors import printable
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
 from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, QUANTITIES, of_group
-from pneumo.fit.wall_laws import LAWS_ALIKE
+from pneumo.fit.settings import LAWS_ALIKE
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written

@@ -12,7 +12,6 @@ from pneumo.errors import InputError
 from pneumo.fit.engine import covariances, expected_shifts, remainder_shifts
 from pneumo.fit.estimate import (
     NO_PRIORS,
-    PART,
     alike_notes,
     at_temperature,
     best_start,
@@ -34,7 +33,6 @@ from pneumo.fit.fit_problem import (
 )
 from pneumo.fit.fit_result import Estimate, FitResult, Reference, equally_good, fit_data
 from pneumo.fit.fit_warnings import (
-    DISTRUST,
     bounds_of_reduced,
     disagreements,
     doubtful,
@@ -46,6 +44,7 @@ from pneumo.fit.fitted_parameters import ALSO, REPORTED, STARTS
 from pneumo.fit.position_checks import dead_volume_notes, position_shown, stop_warnings
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import residuals, sensor_noise
+from pneumo.fit.settings import DISTRUST, PART
 from pneumo.fit.stage_signals import StageSignals, stage_signals
 from pneumo.fit.wall_laws import wall_law_notes
 from pneumo.physics.models import MODELS

@@ -7,11 +7,11 @@ from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
 from pneumo.fit.fit_problem import Problem, fit
 from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.settings import BETTER
 from pneumo.fit.stage_signals import stage_signals
 from pneumo.physics.models import MODELS
 
 SECONDS = 4.0  # of the record are enough to see a mistake
-BETTER = 0.5  # rms error with a corrected column over that as given, below which a mistake is likely
 MODEL, INDEX = "M6", 1.2  # needs no k_0
 
 

@@ -15,6 +15,7 @@ from pneumo.configuration.parameters import DEAD_FRACTION, Accuracy
 from pneumo.fit.fit_result import Estimate
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import noise_of
+from pneumo.fit.settings import MOVED, STATED, SURE
 
 PUSHED = 0.5  # force on the piston over the largest, with which one that rests is on a stop
 RESTS = 0.05  # s, for which it rests
@@ -23,9 +24,6 @@ AT_END = 0.02  # of the stroke, from the outermost x
 LEAST_FORCE = 0.1  # of the largest, on a piston that has come to a stop and is pushed on harder later
 LEAST_NOISE = 1e-7  # m, in a position; that of a simulated record is none
 GIVES = 1e-4  # m, accuracy with which forces on a resting piston must show how far its stop gives way
-SURE = 2.0  # deviation over what the stated accuracies allow
-MOVED = 0.05  # of a dead volume, by which an error of the position moves it unsaid
-STATED = 0.15  # accuracy of a configured dead volume: half of a 95 per cent interval, relative
 MAIN = 0.5  # of the larger of two errors of the position, above which the other is named too
 MM, CM3 = 1e3, 1e6  # per m and per m^3
 

@@ -5,12 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumo.fit.fit_problem import Problem, replayed_pressures
+from pneumo.fit.settings import COLOURED, FAR
 
 BLOCK = 0.02  # s, over which white noise averages out
-COLOURED = 0.4  # rms of the coloured part over the sensor's noise, above which noise does not explain it
 THIRD_DIFFERENCE = 0.6745 * 20**0.5  # median size of third differences of white noise with variance 1
 QUANTISED = 0.5  # distinct values over samples, below which a signal was quantised
-FAR = 1.0  # the same, above which intervals mean nothing
 
 
 class Residual(NamedTuple):

@@ -10,8 +10,9 @@ import numpy as np
 
 from pneumo.fit.engine import Solution
 from pneumo.fit.fit_problem import FULL, Problem, fit
-from pneumo.fit.fit_result import AS_GOOD, Estimate
+from pneumo.fit.fit_result import Estimate
 from pneumo.fit.fitted_parameters import STARTS
+from pneumo.fit.settings import AS_GOOD, LAWS_ALIKE
 from pneumo.physics.models import Wall
 
 # As a note says them, the full order's first.
@@ -20,7 +21,6 @@ WALL_LAWS: dict[Wall, str] = {
     "k_0": "constant",
     "lambda_0 A_q": "in proportion to its area",
 }
-LAWS_ALIKE = 0.01  # difference of k_0 between the mean over laws and one law, up to which nothing is said
 
 
 def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:

@@ -11,9 +11,10 @@ from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.errors import InputError
 from pneumo.fit.fit_problem import FULL, Problem, opened, replayed_pressures
-from pneumo.fit.fitted_parameters import MOST_RECORDS, STARTS_OF_ONE, start_name
+from pneumo.fit.fitted_parameters import STARTS_OF_ONE, start_name
 from pneumo.fit.record.joined_records import joined
 from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.settings import MOST_RECORDS
 from pneumo.fit.stage_signals import stage_signals
 from pneumo.fit.valve_signal import behind_valve
 from pneumo.physics.models import MODELS

@@ -8,7 +8,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
 from pneumo.fit.closed.closed_problem import BOUNDS, LAWS, ClosedRecord
 from pneumo.fit.fit_problem import ON_BOUND
-from pneumo.fit.fit_result import VAGUE, Estimate
+from pneumo.fit.fit_result import Estimate
 from pneumo.fit.fit_warnings import (
     apart,
     dead_volume_warnings,
@@ -20,6 +20,7 @@ from pneumo.fit.fit_warnings import (
 from pneumo.fit.fitted_parameters import QUANTITIES
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual
+from pneumo.fit.settings import VAGUE
 from pneumo.fit.stage_signals import smoothing
 from pneumo.physics.cylinder import chamber_of
 

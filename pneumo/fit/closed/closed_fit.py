@@ -16,12 +16,12 @@ from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.fit.closed.closed_checks import check_closed, closed_warnings
 from pneumo.fit.closed.closed_problem import LAWS, LOGARITHMIC, ClosedProblem, ClosedRecord, fitted_names
-from pneumo.fit.closed.thermal_time_constant import LARGEST_MOTION
 from pneumo.fit.engine import covariances, parameter_interval
-from pneumo.fit.estimate import PART, alike_notes, at_temperature, error_line, ranked
+from pneumo.fit.estimate import alike_notes, at_temperature, error_line, ranked
 from pneumo.fit.fit_result import ClosedChambersResult, Estimate, equally_good, fit_data
 from pneumo.fit.record.measurement import Measurement
 from pneumo.fit.residuals import Residual, split_residuals
+from pneumo.fit.settings import LARGEST_MOTION, PART
 from pneumo.fit.stage_signals import smoothing
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import Side, chamber_of, volume

@@ -21,15 +21,12 @@ from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
 from pneumo.fit.engine import Solution, covariances, expected_shifts, larger
 from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.settings import FEWEST_SAMPLES, LARGEST_MOTION, LONGEST_TAU, SMALLEST_CHANGE
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import Side, chamber_of, heat_area, volume
 
 Value = Any  # a float, or an array of them
 
-FEWEST_SAMPLES = 50
-SMALLEST_CHANGE = 3.0  # of the pressure over its noise
-LONGEST_TAU = 3.0  # time constant over the record's length, above which the final pressure is unknown
-LARGEST_MOTION = 0.02  # of a piston that is held, over its stroke
 SETTLED = 0.01  # fraction of the change of pressure that is left after the settling time
 
 

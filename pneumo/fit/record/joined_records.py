@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumo.errors import InputError
-from pneumo.fit.fitted_parameters import MOST_RECORDS
 from pneumo.fit.record.measurement import Measurement
+from pneumo.fit.settings import MOST_RECORDS
 
 SAME = 1e-3  # relative difference of two periods that counts as none
 

@@ -11,22 +11,18 @@ from pneumo.fit.fit_result import Estimate, FitResult, estimates_data, rms_of_ch
 from pneumo.fit.rig.rig_file import Rig, factor, fitted_quantity, key
 from pneumo.fit.rig.rig_record import Points, Run, halves
 from pneumo.fit.rig.rig_replay import ADIABATIC, RIG_MODELS, WALL, replay_run, rms, run_errors
+from pneumo.fit.settings import C_D, FEW_POINTS, HOSE_HELPS, PART, PART_OF_RUNS
 from pneumo.physics.models import MODELS
 
 P_SCALE, T_SCALE = 1e3, 1.0  # Pa and K, by which residuals are divided
 FAR = 1e3  # residual where there is no replay
-PART_OF_RUNS = 0.25  # that are fitted
-PART_OF_POINTS = 0.6  # of a run with many, in time
-FEW_POINTS = 200
 STARTS = (0.5, 0.3, 0.15, 0.95)  # between the two ends, on a logarithmic scale where both are positive
 OFF_END = 0.01  # distance from the ends, of the same kind, at which a search begins
 ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
 SLOPE_STEP = 1e-6  # of finite differences
 POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
 LEAST_HOSE = 1e-3  # of a vessel's volume: the gas of a smaller hose is nothing beside the vessel's
-C_D = (0.7, 0.9)  # of an orifice
 MOST_SHOWN = 2000  # samples of a pressure in the result
-HOSE_HELPS = 0.7  # error with a hose over that without, below which one is there
 
 
 def fitted_names(rig: Rig, model: str) -> list[str]:
@@ -168,7 +164,7 @@ def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
     if len(runs) > 1:
         return runs[: max(1, round(PART_OF_RUNS * len(runs)))]
     t = runs[0].P.t
-    last = t[0] + (PART_OF_POINTS * np.ptp(t) if len(t) > FEW_POINTS else np.inf)
+    last = t[0] + (PART * np.ptp(t) if len(t) > FEW_POINTS else np.inf)
     return [runs[0].within(-np.inf, last)]
 
 
