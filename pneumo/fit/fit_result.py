@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import shorten
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
@@ -92,6 +92,11 @@ class Reference(NamedTuple):
 
 
 NO_REFERENCE = Reference()
+MADE_BY = {  # title of a file, and the modules that made it
+    "cylinder": ("Reduced models fitted to a measurement", "pneumo.fit.measurement_fit"),
+    "closed": ("Thermal laws fitted to closed chambers", "pneumo.fit.closed.closed_fit"),
+    "rig": ("Models fitted to a rig", "pneumo.fit.rig.rig_fit"),
+}
 
 
 def _width(name: str, interval: Interval) -> float:
@@ -140,9 +145,6 @@ class FitResult:
     references: Mapping[str, Reference] = field(default_factory=dict)  # of the full order's parameters
     quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
     of: Literal["cylinder", "closed", "rig"] = "cylinder"
-
-    title: ClassVar = "Reduced models fitted to a measurement"
-    modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.measurement_fit",)  # that made it
 
     @property
     def models(self) -> list[str]:
@@ -274,7 +276,8 @@ class FitResult:
     def save(self, config_sha256: str, path: Path) -> None:
         """Write the result as NetCDF; its attributes `notes` and `warnings` have a line for each text."""
         summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
-        common = attributes(self.title, summary, config_sha256, code_hash(*self.modules))
+        title, *modules = MADE_BY[self.of]
+        common = attributes(title, summary, config_sha256, code_hash(*modules))
         C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
         write(self.data, path, self.attributes() | C | common)
 
@@ -288,9 +291,6 @@ class ClosedChambersResult(FitResult):
     P_0: float  # Pa, pressure at which k_0 is stated
 
     of: Literal["cylinder", "closed", "rig"] = "closed"
-
-    title: ClassVar = "Thermal laws fitted to closed chambers"
-    modules: ClassVar[tuple[str, ...]] = ("pneumo.fit.measurement_fit", "pneumo.fit.closed.closed_fit")
 
     @property
     def model_of_rig(self) -> str:

@@ -7,6 +7,7 @@ from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
 from pneumo.publish.text.formatting import KILO
 
 WINDOWS = 20  # of a record, among which the one with the largest residual is looked for
+FEW = 5  # samples of a window, below which none is named
 MUCH = 1.5  # times the RMS residual of its chamber: a window above it is named
 OF_INTERVAL = 0.5  # of half an interval: a configured quantity that moves a parameter by more is named
 MOST_ADVICE = 2  # lines on what to do next
@@ -48,14 +49,14 @@ def answer_text(fit: FitResult) -> str:
 
 
 def misfit_text(fit: FitResult) -> str:
-    """Where the residual of the best model is largest: chamber, time and position."""
+    """Where the residual of the best model is largest: chamber, time and position; empty of few samples."""
     data = fit.data.sel(model=fit.models[0])
     t, x = data["t"].values, data["x"].values * KILO
     residual = (data["P"] - data["pressure"]).transpose("chamber", "t").values
     rms = np.sqrt(np.mean(residual**2, axis=1))
     windows = [part for part in np.array_split(np.arange(len(t)), WINDOWS) if len(part)]
     by_window = np.array([np.sqrt(np.mean(residual[:, part] ** 2, axis=1)) for part in windows]) / rms
-    if not np.isfinite(by_window).any():
+    if len(t) < FEW * WINDOWS or not np.isfinite(by_window).any():
         return ""
     place, chamber = np.unravel_index(np.nanargmax(by_window), by_window.shape)
     ratio, part = by_window[place, chamber], windows[place]
