@@ -80,7 +80,6 @@ def missed(verdict: dict[str, Any]) -> dict[str, str]:
     by_table = {row["table"]: row for row in verdict["highlights"]["fit"]["tables"]}
     of_9, swings = by_table["Table 9"], [item["relative"] for item in items if item["id"].startswith("S1.")]
     made = {
-        "missed_of_tables": f"{sum(item['table'] in (7, 8, 9) for item in items)}",
         "chi_square_9": _chi_square(of_9["printed"]),
         "chi_square_9_meant": _chi_square(of_9["meant"]),
         "swings_missed": f"{len(swings)}",

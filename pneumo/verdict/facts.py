@@ -1,5 +1,6 @@
 """Facts of a paper: ``facts.yaml`` groups the items; the status of a fact follows from those of its items."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatchcase
@@ -34,8 +35,9 @@ class Fact(Entry):
     basis: Literal["prediction", "fitted", "arithmetic", "set-up"]
     items: Sequence[str]  # patterns of ids
     chosen: Sequence[str] = ()  # assumptions that were chosen with its numbers in view
-    erratum: str | None = None  # or a doubt
-    why: str = ""
+    erratum: str | None = None  # that accounts for what differs
+    doubt: str | None = None  # that does so
+    why: str = ""  # other explanation
 
 
 def read_facts(folder: Path) -> dict[str, Fact]:
@@ -65,12 +67,13 @@ def judged_facts(
     items: Sequence[Mapping[str, Any]],
     assumptions: Mapping[str, Assumption],
     misprints: Mapping[str, str],
+    suspected: Mapping[str, str],
     chi_square: ChiSquare,
 ) -> list[dict[str, Any]]:
     """Return one row per fact with its status, worst first.
 
-    `misprints` has the evidence of each erratum or doubt that holds; `chi_square` is that of some items over
-    the spread of seeds, None if it is not known. Choices that several facts share are divided among them in
+    `misprints` and `suspected` have the evidence of each erratum and doubt that holds; `chi_square` is that of
+    some items over the spread of seeds, None if it is not known. Choices that several facts share are divided among them in
     proportion to their numbers of items: `spent`, with what is `left` of the degrees of freedom.
     """
     members = {name: [item for item in items if item["fact"] == name] for name in facts}
@@ -88,8 +91,11 @@ def judged_facts(
         off = [item for item in judged if item["status"] not in ("exact", "close")]
         largest = max(judged, key=lambda item: abs(item["relative"] or 0.0), default=None)
         seeds = [abs(item["seeds"]) for item in judged if item["seeds"] is not None]
-        reasons = [misprints.get(fact.erratum or "", ""), fact.why, *(item["reason"] for item in off[:1])]
-        status = _status(fact, judged, off, None if value is None else chdtrc(left, value), misprints)
+        why = fact.why or suspected.get(fact.doubt or "", "")
+        reasons = [misprints.get(fact.erratum or "", ""), why, *(item["reason"] for item in off[:1])]
+        status = _status(
+            fact, judged, off, None if value is None else chdtrc(left, value), fact.erratum in misprints, why
+        )
         rows.append(
             {
                 "name": name,
@@ -115,7 +121,8 @@ def _status(
     judged: Sequence[Mapping[str, Any]],
     off: Sequence[Mapping[str, Any]],
     exceeded: float | None,
-    misprints: Mapping[str, str],
+    misprint: bool,
+    why: str,
 ) -> str:
     """Status of a fact; `exceeded` is the probability of a larger chi-square."""
     if fact.basis == "set-up" or not judged:
@@ -125,9 +132,9 @@ def _status(
     scatter = [item["seeds"] is not None and abs(item["seeds"]) <= WITHIN for item in off]
     if all(scatter) if exceeded is None else exceeded >= SIGNIFICANT:
         return SCATTER
-    if fact.erratum in misprints or all(item["status"] == "explained" for item in off):
+    if misprint or all(item["status"] == "explained" for item in off):
         return MISPRINT
-    if fact.why or all(item["status"] in ("explained", "contradicted") for item in off):
+    if why or all(item["status"] in ("explained", "contradicted") for item in off):
         return EXPLAINED
     return UNEXPLAINED
 
@@ -148,9 +155,14 @@ def headline(rows: Sequence[Mapping[str, Any]], assumptions: Mapping[str, Assump
 
 def headline_text(counts: Mapping[str, Any]) -> str:
     """Return the headline as two sentences."""
-    plural = {AGREES: "agree", SCATTER: "agree within the seeds' scatter", MISPRINT: "are misprints"}
-    plural |= {EXPLAINED: "differ, explained", UNEXPLAINED: "differ, unexplained"}
-    statuses = [f"{n} {plural[name]}" for name, n in counts["statuses"].items() if n and name != NOT_JUDGED]
+    several = {"agrees": "agree", "differs": "differ", "misprint": "are misprints"}
+    statuses = [
+        f"{n} {'is a misprint' if name == MISPRINT else name}"
+        if n == 1
+        else f"{n} {re.sub('^[a-z]+', lambda word: several[word[0]], name)}"
+        for name, n in counts["statuses"].items()
+        if n and name != NOT_JUDGED
+    ]
     made = f"{counts['choices']} free choices were made" if counts["choices"] else "No free choice was made"
     text = f"{counts['facts']} independent facts: {'; '.join(statuses)}. {made}"
     if counts["predictions"]:

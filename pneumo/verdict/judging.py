@@ -254,7 +254,7 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
     about = paper.about(judge.sources)
     assumptions = read_assumptions(paper.folder)
     misprints = {name: erratum.evidence for name, erratum in judge.errata.items() if erratum.passes}
-    misprints |= {
+    suspected = {
         name: f"suspected: {d.suspected}; {d.evidence}" for name, d in judge.doubts.items() if d.holds
     }
     facts = judged_facts(
@@ -262,6 +262,7 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
         items,
         assumptions,
         misprints,
+        suspected,
         lambda names: six_digits(paper.chi_square(judge.sources, names)),
     )
     return {

@@ -30,9 +30,9 @@ def item(status: str, seeds: float | None = None, relative: float | None = None,
     }
 
 
-def one(of: Fact, *items: dict, chi_square: float | None = None, misprints: tuple[str, ...] = ()) -> dict:
-    texts = dict.fromkeys(misprints, "proof")
-    return judged_facts({"a": of}, items, ASSUMPTIONS, texts, lambda names: chi_square)[0]
+def one(of: Fact, *items: dict, chi_square: float | None = None, holds: tuple[str, ...] = ()) -> dict:
+    texts = dict.fromkeys(holds, "proof")
+    return judged_facts({"a": of}, items, ASSUMPTIONS, texts, texts, lambda names: chi_square)[0]
 
 
 @pytest.mark.parametrize(
@@ -51,11 +51,13 @@ def one(of: Fact, *items: dict, chi_square: float | None = None, misprints: tupl
         (fact(), [item("contradicted"), item("explained")], None, "differs, explained"),
         (fact(erratum="row"), [item("contradicted")], None, "misprint"),
         (fact(erratum="other"), [item("missed")], None, "differs, unexplained"),
+        (fact(doubt="row"), [item("missed")], None, "differs, explained"),
+        (fact(doubt="other"), [item("missed")], None, "differs, unexplained"),
         (fact(why="a leak"), [item("missed")], None, "differs, explained"),
     ],
 )
 def test_status(of, items, chi_square, status):
-    assert one(of, *items, chi_square=chi_square, misprints=("row",))["status"] == status
+    assert one(of, *items, chi_square=chi_square, holds=("row",))["status"] == status
 
 
 def test_a_chi_square_of_some_of_the_items_is_none_of_the_fact():
@@ -69,13 +71,13 @@ def test_choices_are_shared_by_numbers_of_items_and_counted_once():
         "c": fact(),
     }
     items = [item("exact", name="a")] + [item("exact", name="b")] * 3 + [item("missed", 5.0, 0.1, "c")]
-    rows = judged_facts(facts, items, ASSUMPTIONS, {}, lambda names: None)
+    rows = judged_facts(facts, items, ASSUMPTIONS, {}, {}, lambda names: None)
     assert [row["name"] for row in rows] == ["c", "a", "b"]  # worst first
     spent = {row["name"]: (row["spent"], row["left"]) for row in rows}
     assert spent == {"a": (1.5, -0.5), "b": (1.5, 1.5), "c": (0, 1)}  # two values over four items, and a rule
     counts = headline(rows, ASSUMPTIONS)
     assert (counts["facts"], counts["choices"], counts["predictions"], counts["came_out"]) == (3, 3, 1, 0)
-    text = "3 independent facts: 2 agree; 1 differ, unexplained. 3 free choices were made"
+    text = "3 independent facts: 2 agree; 1 differs, unexplained. 3 free choices were made"
     assert headline_text(counts) == f"{text}; 0 of 1 predictions came out."
 
 
