@@ -72,9 +72,10 @@ def judged_facts(
 ) -> list[dict[str, Any]]:
     """Return one row per fact with its status, worst first.
 
-    `misprints` and `suspected` have the evidence of each erratum and doubt that holds; `chi_square` is that of
-    some items over the spread of seeds, None if it is not known. Choices that several facts share are divided among them in
-    proportion to their numbers of items: `spent`, with what is `left` of the degrees of freedom.
+    `misprints` and `suspected` have the evidence of each erratum and doubt that holds; `chi_square` is that
+    of some items over the spread of seeds, None if it is not known. Choices that several facts share are
+    divided among them in proportion to their numbers of items: `spent`, with what is `left` of the degrees
+    of freedom.
     """
     members = {name: [item for item in items if item["fact"] == name] for name in facts}
     shared = Counter[str]()
