@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from invented_report import BYTES, HOSTILE, hostile, made, page, parts, unpacked_groups, verdict
+from markupsafe import escape
 from packed_traces import unpacked
 from page_checks import stands_alone
 from paper_study import STUDY as PAPER
@@ -137,7 +138,7 @@ def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict(
     assert report_page(PAPER, parts(), verdict(), None, False) == page()
     for status, (look, symbol, _) in STATUS_LOOKS.items():
         badge = rf'class="badge {look}" href="verdict.html"[^>]*>.*?{re.escape(html.escape(symbol))}</span>'
-        counted = f"{verdict()['headline']['statuses'][status]} {html.escape(status)}"
+        counted = f"{verdict()['headline']['statuses'][status]} {escape(status)}"
         assert re.search(rf"{badge} {counted}</a>", page())
     assert "75 facts" in page()
 
