@@ -19,6 +19,7 @@ from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.parameters import load, study
 from pneumo.simulation.full_order import STATE, record
 from pneumo.storage.files import read_json
+from pneumo.verdict.facts import NOT_JUDGED
 
 ROOT = PAPERS.parent
 FILE = ROOT / "paper/2006/simulators.json"
@@ -30,7 +31,6 @@ SIMULATORS = {  # folder: name
     "fmu": "FMU in fmpy, command held for 1 ms",
 }
 EVERY = {"fmu": 1, "fmu_often": 10}  # communication points in 1 ms
-NOT_JUDGED = "not to be judged"  # of an item whose run was not given
 
 
 def own_run(e: Experiment) -> xr.Dataset:
@@ -62,7 +62,7 @@ def judged(folder: Path, kind: str) -> dict[str, Any]:
     command = [str(Path(sys.executable).with_name("pneumo")), "paper", "verdict", "--runs", str(runs)]
     subprocess.run([*command, "--tool", SIMULATORS[kind]], check=True, cwd=ROOT)
     verdict = json.loads(read_json(runs / "verdict/verdict.json"))
-    items = [item for item in verdict["items"] if NOT_JUDGED not in (item["reason"] or "")]
+    items = [item for item in verdict["items"] if item["status"] != NOT_JUDGED]
     scores, fit = verdict["highlights"]["scores"], verdict["highlights"]["fit"]
     every = {row["table"]: row["meant"] for row in fit["tables"]}["all"] if fit else None
     return {

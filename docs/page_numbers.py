@@ -28,6 +28,7 @@ from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.export.step_cost import FILE as STEP_COST
 from pneumo.publish.style import save
 from pneumo.storage.kept_evidence import KEPT
+from pneumo.verdict.facts import headline_text
 
 RESULTS = ROOT / "results"
 FIGURES = ("measurements", "pulses", "vessel")  # copies of results/figures/
@@ -79,7 +80,6 @@ def missed(verdict: dict[str, Any]) -> dict[str, str]:
     by_table = {row["table"]: row for row in verdict["highlights"]["fit"]["tables"]}
     of_9, swings = by_table["Table 9"], [item["relative"] for item in items if item["id"].startswith("S1.")]
     made = {
-        "missed_of_tables": f"{sum(item['table'] in (7, 8, 9) for item in items)}",
         "chi_square_9": _chi_square(of_9["printed"]),
         "chi_square_9_meant": _chi_square(of_9["meant"]),
         "swings_missed": f"{len(swings)}",
@@ -102,11 +102,16 @@ def _chi_square(fit: dict[str, Any]) -> str:
 def from_the_study(results: Path) -> Numbers:
     """Numbers from results/, the whole study of the paper."""
     levels, mse = which_model.over_levels(results), which_model.by_experiment(results)
-    verdict = json.loads((results / "verdict.json").read_text(encoding="utf-8"))
+    verdict, second = (
+        json.loads((results / name).read_text(encoding="utf-8"))
+        for name in ("verdict.json", "2007/verdict.json")
+    )
     return {
         "table_7": {"table": (results / "table7.md").read_text(encoding="utf-8").strip()},
-        "verdict": {kind: verdict[kind] for kind in ("counts", "counts_by_basis", "headline", "near_misses")}
-        | {"measured": verdict["highlights"]["measured"]}
+        "verdict": {
+            "headline": headline_text(verdict["headline"]),
+            "second": headline_text(second["headline"]),
+        }
         | missed(verdict),
         "which_model": named(which_model.numbers(levels, mse), which_model.tables(levels, mse)),
     }

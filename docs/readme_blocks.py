@@ -3,23 +3,12 @@
 `make numbers` writes README's, `make lint` checks that they are current.
 """
 
-from collections import Counter
-from collections.abc import Mapping
-
-from fragments import ROOT, stored_numbers, table
+from fragments import stored_numbers, table
 
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo.physics.models import Model
-from pneumo.verdict.judging import STATUSES, read_statuses
 
 NUMBERS = stored_numbers()
-MEANINGS = {
-    "exact": "equal at the printed digits, or within two sigma of reading a figure",
-    "close": "inside a tolerance class written down beforehand, narrowed since",
-    "explained": "differs, and one named misprint accounts for it",
-    "contradicted": "false: the paper's own tables or formulas refute it as well",
-    "missed": "differs, unexplained",
-}
 
 
 def _model_row(model: Model) -> list[str]:
@@ -42,14 +31,10 @@ def ten_models() -> str:
 
 
 def judged() -> str:
-    """How many items of both papers agree."""
-    verdict, second = NUMBERS["verdict"], read_statuses(ROOT / "paper/2007")
-    counts = verdict["counts"]
-    of_2007 = _counted(Counter(second.values()))
+    """How many facts of both papers agree."""
     return f"""\
-Of {counts["items"]} numbers and statements of 2006: {_counted(counts)}. No choice was made in view of
-{_unfitted(verdict["measured"])}.
-Of {len(second)} of the authors' paper of 2007: {of_2007}."""
+{verdict()}
+The authors' paper of 2007: {NUMBERS["verdict"]["second"]}"""
 
 
 def table_7() -> str:
@@ -57,38 +42,9 @@ def table_7() -> str:
     return NUMBERS["table_7"]["table"]
 
 
-def _counted(counts: Mapping[str, int]) -> str:
-    return ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
-
-
-def _unfitted(measured: Mapping[str, Mapping[str, int]]) -> str:
-    turns, others = measured["turns"], measured["others"]
-    return (
-        f"{turns['items']} turning points of one run, Fig. 7 ({_counted(turns)}), and"
-        f" {others['items']} other facts ({_counted(others)})"
-    )
-
-
 def verdict() -> str:
-    """Counts of both verdicts, by status and kind of evidence."""
-    verdict = NUMBERS["verdict"]
-    counts, by_basis, facts = verdict["counts"], verdict["counts_by_basis"], verdict["headline"]
-    rows = [
-        [status, counts[status], *(of_basis[status] for of_basis in by_basis.values()), meaning]
-        for status, meaning in MEANINGS.items()
-    ]
-    power = "An item that no known mistake would lose counts as set-up."
-    return f"""\
-{counts["items"]} items, by status and kind of evidence ([decision 38](decisions.md)):
-
-{table(["status", "items", *by_basis, "meaning"], [map(str, row) for row in rows])}
-
-With items that state the same fact counted once, no choice was made in view of
-{_unfitted(verdict["measured"])}.
-Constants, rules and setup that the paper leaves open were chosen with {facts["fitted"]["items"]} others
-in view: {_counted(facts["fitted"])}.
-{power} Missed by at most 3 %: {verdict["near_misses"]} of
-{counts["missed"]} items."""
+    """Headline of the verdict on the paper of 2006."""
+    return NUMBERS["verdict"]["headline"]
 
 
 OF_PAGES = (ten_models, table_7, verdict)

@@ -34,11 +34,7 @@ def verdict(
     ] = "another simulator",
     output: Annotated[Path | None, output_to("with --runs: folder of the page [RUNS/verdict]")] = None,
 ) -> None:
-    """Judge every claim; print counts, then what is missed.
-
-    Counts are by kind of evidence: of items, and of facts (items that state the same fact count once). Missed
-    items are sorted by size of deviation.
-    """
+    """Judge every claim; print how many facts agree, then those that do not, worst first."""
     from paper.study.known_papers import current_verdict
     from paper.study.text.verdict_text import verdict_lines
     from pneumo.errors import ResultError
@@ -51,9 +47,9 @@ def verdict(
     if record:
         from paper.study import PAPERS
         from pneumo.storage.files import write_text
-        from pneumo.verdict.judging import statuses_text
+        from pneumo.verdict.judging import recorded_text
 
-        write_text(statuses_text(judged["items"]), PAPERS / paper / "statuses.csv")
+        write_text(recorded_text(judged["facts"]), PAPERS / paper / "statuses.csv")
 
 
 def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
@@ -107,7 +103,7 @@ def explain(
     from paper.study import known_papers
     from paper.study.text.explain import cell_text, item_text
     from pneumo.errors import ResultError
-    from pneumo.verdict.judging import Judge, read_statuses
+    from pneumo.verdict.judging import Judge
 
     if len(what) == 3:
         try:
@@ -125,7 +121,7 @@ def explain(
         raise ResultError(f"{what[0][:50]}: no such item; there are {known} ...")
     errata = {name: erratum.model_dump() for name, erratum in judge.errata.items()}
     item = judge.judge(judge.claims.items[what[0]])
-    return typer.echo(item_text(item, errata, read_statuses(judged.folder).get(what[0])))
+    return typer.echo(item_text(item, errata))
 
 
 @paper.command()

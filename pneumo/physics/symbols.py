@@ -18,6 +18,7 @@ SYMBOLS = {
     "v": Symbol("m s-1", r"\dot{x}", "piston velocity"),
     "P": Symbol("Pa", "P", "absolute pressure of the air in the chamber"),
     "T": Symbol("K", "T", "temperature of the air in the chamber"),
+    "T_amb": Symbol("K", "T_{amb}", "temperature of the wall and the surroundings"),
     "n": Symbol("1", "n", "polytropic index"),
     "k_0": Symbol("W K-1", "k_0", "thermal conductance of a chamber's wall at equilibrium"),
     "settling_time": Symbol("s", "t_s", "settling time after the force is released, 1 per cent criterion"),

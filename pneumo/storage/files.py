@@ -1,15 +1,18 @@
 """Results on disk: NetCDF and JSON files, written atomically, checked against their SHA-256 before reading.
 
-A rewrite of the same result gives the same bytes, so there are no times or host names inside.
+A rewrite of the same result gives the same bytes, so there are versions but no times or host names inside.
 """
 
 import json
 import math
 import os
+import subprocess
 import threading
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from functools import cache
 from glob import escape
+from importlib.metadata import version
 from pathlib import Path
 from secrets import token_hex
 from typing import Any
@@ -34,6 +37,17 @@ COMMON = {
     "keywords": "servo-pneumatics, reduced-order models, thermodynamics",
     "creator_name": "pneumo developers",
 }
+LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4")  # behind a result, with their versions in each file
+NAMES = {  # of coordinates without a unit -> long name
+    "chamber": "chamber of the cylinder, A or B",
+    "quantity": "pressure or temperature of a chamber",
+    "experiment": "name of the experiment",
+    "cylinder": "name of the cylinder",
+    "loop": "open or closed loop",
+    "model": "name of the reduced model",
+    "level": "experiments that are averaged, by their wall conductance",
+}
+CHECKOUT = Path(__file__).parents[2]
 LOCK = threading.Lock()  # HDF5 serves one thread at a time
 PART = ".part"  # ends the names of files that are being written
 LARGEST_IN_MEMORY = 8_000_000_000  # bytes of the variables that are read from a file
@@ -119,6 +133,24 @@ def attributes(
     return {**about, "config_sha256": config_sha256, "code_sha256": code_sha256}
 
 
+@cache
+def made_with() -> dict[str, str]:
+    """Global attributes that name pneumo's version, the checked out commit and the versions of libraries."""
+    commit = "not a checkout"
+    if (CHECKOUT / ".git").exists():
+        command = ["git", "-C", str(CHECKOUT), "rev-parse", "HEAD"]
+        with suppress(OSError, subprocess.CalledProcessError):
+            commit = subprocess.run(command, capture_output=True, check=True, text=True).stdout.strip()
+    libraries = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
+    made = f"pneumo {version('pneumo')}"
+    return {
+        "product_version": made,
+        "commit": commit,
+        "libraries": libraries,
+        "history": f"made by {made} (commit: {commit})",
+    }
+
+
 def write(
     dataset: xr.Dataset,
     path: Path | str,
@@ -129,15 +161,17 @@ def write(
 ) -> None:
     """Write a dataset atomically as NetCDF-4, `compressed` or not; make its folder if necessary.
 
-    Variables named as in `pneumo.physics.symbols` get units and long names from there. `attributes` are added
-    to the global attributes that all files have. With `digits`, floating-point variables are rounded with a
-    relative error below 10**-digits and stored in 4 bytes; `digits_of` has the digits of variables that need
-    fewer.
+    Variables named as in `pneumo.physics.symbols` get units and long names from there, labels from `NAMES`.
+    `attributes` are added to the global attributes that all files have. With `digits`, floating-point
+    variables are rounded with a relative error below 10**-digits and stored in 4 bytes; `digits_of` has the
+    digits of variables that need fewer.
     """
-    dataset = dataset.assign_attrs(COMMON | dict(attributes))  # a copy
+    dataset = dataset.assign_attrs(COMMON | made_with() | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
         if symbol := SYMBOLS.get(str(name)):
             variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
+        elif long_name := NAMES.get(str(name)):
+            variable.attrs = {"long_name": long_name} | variable.attrs
     encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
     for name, variable in dataset.data_vars.items():
         numeric = compressed and variable.dtype.kind in "fiu" and variable.ndim

@@ -71,10 +71,26 @@ def run_outcome(recording: Recording) -> dict[str, Any]:
 
 
 def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
-    """Traces and settling times of one settling run: piston pushed onto a stop, held, released."""
-    every = -(-len(settling.states) // LONGEST_TRACE)
-    t = np.arange(len(settling.states))[::every] * experiment.h
-    dataset = _states_dataset(settling.states[::every], t)
+    """Traces and settling times of one settling run: piston pushed onto a stop, held, released.
+
+    A long trace is thinned, but keeps the steps from which the settling times follow: the release, the
+    largest deviation of each temperature, the last step outside each quantity's band and the next, the end.
+    """
+    states, release = settling.states, settling.release_step
+    every = -(-len(states) // LONGEST_TRACE)
+    settled = release + np.round(settling.times[np.isfinite(settling.times)] / experiment.h).astype(int)
+    T_amb = experiment.plant.conditions.T_amb
+    off = np.abs(states[release:, [STATE.index("T_A"), STATE.index("T_B")]] - T_amb)
+    peaks = release + np.nan_to_num(off).argmax(axis=0)
+    kept = np.concatenate(
+        [np.arange(0, len(states), every), [release, len(states) - 1], peaks, settled - 1, settled]
+    )
+    steps = np.unique(kept)
+    dataset = _states_dataset(states[steps], steps * experiment.h)
+    dataset["t"].attrs = {
+        "comment": f"every {every} steps of {experiment.h:g} s, and those from which settling_time follows"
+    }
+    dataset["T_amb"] = ((), T_amb)
     dataset["settling_time"] = ("quantity", settling.times)
     about = {"units": "s", "long_name": "time at which the force is released"}
     dataset["release_time"] = ((), settling.release_step * experiment.h, about)

@@ -169,7 +169,11 @@ def traced(
         "choice": list(CHOICES),
         "model": list(MODELS),
         "chamber": CHAMBERS,
-        "edge": errors.begins * experiment.h,
+        "edge": (
+            "edge",
+            errors.begins * experiment.h,
+            {"units": "s", "long_name": "beginning of an interval"},
+        ),
         "t": errors.shown * experiment.h,
     }
     return described(xr.Dataset(values, coords | experiment_labels(experiment)), ABOUT)

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from pneumo.verdict import PaperError
 from pneumo.verdict.entries import Entry, read_entries
+from pneumo.verdict.facts import Fact, fact_of, read_facts
 from pneumo.verdict.published import half_unit, read_cells, recorded
 
 UNITS_IN_TEXT = {
@@ -29,11 +30,6 @@ BY_CELL = (
     "figure",
     "columns",
     "class",
-    "basis",
-    "basis_of",
-    "fact",
-    "alike",
-    "facts",
     "errata",
     "assumptions",
     "variables",
@@ -42,10 +38,10 @@ BY_CELL = (
 OF_CELL = ("row", "column", "level", "printed", "unit", "scale")
 
 BASES = {  # kind of evidence -> what it is
-    "measured": "no constant and no rule was chosen with it in view",
-    "fitted": "constants or a setup that the paper leaves open were found with it in view",
+    "prediction": "no constant and no rule was chosen with it in view",
+    "fitted": "constants or a setup that the paper leaves open were chosen with it in view",
     "arithmetic": "follows from the paper's own numbers and formulas",
-    "set-up": "an input, a count, an identity, or agreement that no known mistake would lose",
+    "set-up": "an input, a count or an identity",
 }
 READ_OFF = "read_off"  # tolerance class of numbers read off a figure
 
@@ -89,8 +85,8 @@ class Claim(Entry):
     evidence: Evidence
     models: bool = False  # about models: judged with exact signals and on the paper's own tables too
     headline: bool = False  # shown in short lists
-    basis: Literal["measured", "fitted", "arithmetic", "set-up"]  # kind of evidence, see `BASES`
-    fact: str = ""  # name common to items that state the same fact
+    fact: str = ""  # in ``facts.yaml``
+    basis: str = ""  # kind of evidence of that fact, see `BASES`
     erratum: str | None = None  # may explain a difference
     assumption: str | None = None  # an alternative that may explain a difference
     see: str | None = None  # erratum worth reading beside it
@@ -122,10 +118,11 @@ class Claim(Entry):
 
 
 class Claims(NamedTuple):
-    """All claims by id, and the tolerance classes by name."""
+    """All claims by id, and the tolerance classes and facts by name."""
 
     classes: dict[str, ToleranceClass]
     items: dict[str, Claim]
+    facts: dict[str, Fact]
 
 
 def read_claims(folder: Path) -> Claims:
@@ -136,17 +133,19 @@ def read_claims(folder: Path) -> Claims:
     file, content = folder / "claims.yaml", read_entries(folder, "claims.yaml")
     classes = {name: ToleranceClass.read(file, name, entry) for name, entry in content["classes"].items()}
     cells = [cell for rule in content["tables"] for cell in _cells_of_table(rule, classes, folder)]
-    deviations = recorded(folder / "seed_deviations.csv")
+    deviations, facts = recorded(folder / "seed_deviations.csv"), read_facts(folder)
     items: dict[str, Claim] = {}
     for entry in cells + content["claims"]:
-        claim = Claim.read(file, entry["id"], entry | {"seed_deviation": deviations.get(entry["id"])})
+        fact = fact_of(entry["id"], facts)
+        more = {"seed_deviation": deviations.get(entry["id"]), "fact": fact, "basis": facts[fact].basis}
+        claim = Claim.read(file, entry["id"], entry | more)
         if claim.id in items:
             raise PaperError(f"{file}: id = {claim.id!r}: is repeated")
         if claim.tolerance not in classes:
             allowed = ", ".join(classes)
             raise PaperError(f"{file}: {claim.id}: class = {claim.tolerance!r}: must be one of {allowed}")
         items[claim.id] = claim
-    return Claims(classes, items)
+    return Claims(classes, items, facts)
 
 
 def _cells_of_table(
@@ -156,12 +155,6 @@ def _cells_of_table(
     kind, word = ("table", "Table") if "table" in rule else ("figure", "Fig.")
     cells = read_cells(f"{kind}{rule[kind]}", folder)
     sigmas = {(cell["row"], cell.get("level")): cell for cell in cells if cell["column"] == "sigma"}
-    others = {
-        (row, column): basis
-        for basis, rows in rule.get("basis_of", {}).items()
-        for row in rows
-        for column in rows[row]
-    }
     passed_on = {"where": "{row}, {column}"} | {key: rule[key] for key in rule if key not in BY_CELL}
     for cell in cells:
         row, column = cell["row"], cell["column"]
@@ -176,20 +169,9 @@ def _cells_of_table(
             beside = cell.get("sigma")
             sigma = cell | {"printed": beside, "scale": 1} if beside else sigmas[row, cell.get("level")]
             entry["sigma"] = float(sigma["printed"]) * float(sigma.get("scale", 1))
-        entry["basis"] = others.get((row, column), rule["basis"])
-        entry["fact"] = rule.get("facts", {}).get(entry["id"]) or _fact(rule, cell)
         entry["erratum"] = rule.get("errata", {}).get(entry["id"])
         entry["assumption"] = rule.get("assumptions", {}).get(entry["id"])
         yield entry
-
-
-def _fact(rule: Mapping[str, Any], cell: Mapping[str, str]) -> str:
-    """Name of the fact that several cells state, for one of them; empty if no other cell states it."""
-    pattern = rule.get("fact", "")
-    if not isinstance(pattern, str):
-        pattern = pattern.get(cell["column"], "")
-    alike = {key: rule.get("alike", {}).get(cell[key], cell[key]) for key in ("row", "column")}
-    return pattern.format(**({**cell, **alike}))
 
 
 def _filled(value: Any, names: Mapping[str, str]) -> Any:

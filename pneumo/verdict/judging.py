@@ -2,14 +2,13 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import xarray as xr
 
 from pneumo.verdict.assumptions import read_assumptions
-from pneumo.verdict.claims import BASES, READ_OFF, UNITS_IN_TEXT, Claim, ToleranceClass, read_claims
+from pneumo.verdict.claims import READ_OFF, UNITS_IN_TEXT, Claim, read_claims
 from pneumo.verdict.comparison import (
     Comparison,
     as_printed,
@@ -19,22 +18,13 @@ from pneumo.verdict.comparison import (
 )
 from pneumo.verdict.doubts import read_doubts
 from pneumo.verdict.errata import Proof, read_errata
-from pneumo.verdict.power import losing_mistakes, mistakes_table
+from pneumo.verdict.facts import headline, judged_facts
 from pneumo.verdict.published import recorded
 from pneumo.verdict.sources import Computation, Finding, MissingEvidence
 from pneumo.verdict.stored_verdict import hashes_behind_verdict
 
-STATUSES = ("exact", "close", "explained", "contradicted", "missed")
-NEAR_MISS = 0.03  # deviation up to which a missed item is counted as near
-EXACT_AS = {  # in what sense an item is exact
-    "digits": "equal at the printed digits",
-    "reading": "within two sigma of reading a figure",
-    "grid": "the same value of a grid",
-    "range": "in the range that the printed inputs allow",
-    "true": "true as stated",
-}
-AGREEING = ("exact", "close")
-OF_RESULTS = ("measured", "fitted")  # kinds of evidence of items that a mistake in the results could lose
+STATUSES = ("exact", "close", "explained", "contradicted", "missed", "not judged")
+OF_RESULTS = ("prediction", "fitted")  # kinds of evidence of items that depend on the parameters
 
 Item = dict[str, Any]  # one judged claim, as in verdict.json
 # Sources that computations read, by name. The first decides; where there are sources "exact" (the paper's
@@ -43,10 +33,15 @@ Sources = Mapping[str, Any]
 
 
 def _not_run(results: Path, sources: Sources) -> None:
-    """Return None: no alternative assumption, or no known mistake, was run."""
+    """Return None: no alternative assumption was run."""
 
 
-def _no_pulls(sources: Sources) -> None:
+def _unchanged(_: Sources) -> str:
+    """Return nothing: the results are of the paper's parameters."""
+    return ""
+
+
+def _no_seeds(sources: Sources, items: Sequence[str]) -> None:
     """Return None: the deviation over seeds is not known."""
 
 
@@ -64,10 +59,11 @@ class Paper(NamedTuple):
     command: str  # that shows one item, before the item's name
     # Number of each item under each alternative assumption, by (alternative, item); None if not run.
     alternatives: Callable[[Path, Sources], xr.DataArray | None] = _not_run
-    # Whether each item agrees under each known mistake, by (mistake, item); None if not run.
-    power: Callable[[Path, Sources], xr.DataArray | None] = _not_run
+    # Why numbers of the results are not the paper's, such as changed parameters; empty if they are.
+    changed: Callable[[Sources], str] = _unchanged
     arguments: Mapping[str, Computation] = {}  # by the name that ``doubts.yaml`` gives under ``argument``
-    pulls: Callable[[Sources], Mapping[str, float] | None] = _no_pulls  # of items, in standard deviations
+    # Chi-square of some items, over the spread of seeds and of printing; None if it is not known.
+    chi_square: Callable[[Sources, Sequence[str]], float | None] = _no_seeds
 
 
 class Judge:
@@ -79,14 +75,8 @@ class Judge:
         self.errata = read_errata(paper.folder, paper.proofs)
         self.sources = paper.sources(results, paper.folder)
         self.doubts = read_doubts(paper.folder, paper.arguments, next(iter(self.sources.values())))
+        self.changed = paper.changed(self.sources)
         self.alternatives = paper.alternatives(results, self.sources)
-        self.agrees = paper.power(results, self.sources)
-        self.losing = {} if self.agrees is None else losing_mistakes(self.agrees)
-
-    @cached_property
-    def pulls(self) -> Mapping[str, float]:
-        """Deviation of each item from its print, over the standard deviation of seeds and rounding."""
-        return self.paper.pulls(self.sources) or {}
 
     def finding(self, claim: Claim, source: str) -> Finding:
         """Run a claim's computation on a source; `MissingEvidence` if a result that it needs is missing."""
@@ -107,7 +97,7 @@ class Judge:
             finding = self.finding(claim, next(iter(self.sources)))
         except MissingEvidence as error:
             finding, comparison = Finding(), Comparison(None, None, tolerance.limit)
-            status, reason = "missed", f"not to be judged: {error}"
+            status, reason = "not judged", str(error)
         else:
             comparison = compare(claim, tolerance, finding)
             meant = self._as_meant(claim)
@@ -115,6 +105,8 @@ class Judge:
                 comparison = compare(meant, tolerance, finding)._replace(agreement=None)
             refuted = shown_printed if holds_printed is False else None
             status, reason = self._status(claim, finding, comparison, refuted)
+            if self.changed and claim.basis in OF_RESULTS:
+                status, reason = "not judged", self.changed
         return {
             **claim.model_dump(include={"id", "where", "statement", "printed"}),
             "meant": self._as_meant(claim).printed,
@@ -125,11 +117,9 @@ class Judge:
             "tolerance": {"class": claim.tolerance, "limit": six_digits(comparison.limit)}
             | {"measure": tolerance.measure, "sense": claim.sense},
             **claim.model_dump(include={"unit", "scale", "kind", "fact"}),
-            "basis": self._basis(claim, status),
-            "pull": six_digits(self.pulls.get(claim.id)) if claim.row else None,
-            "lost_by": self.losing.get(claim.id),
+            "basis": claim.basis,
+            "seeds": _in_seeds(self._as_meant(claim), finding),
             "status": status,
-            "exact_as": _exact_as(claim, tolerance, finding) if status == "exact" else "",
             "stands_exact": holds_exact,
             "shown_exact": shown_exact,
             "stands_printed": holds_printed,
@@ -142,11 +132,6 @@ class Judge:
             | {"compute": claim.compute, "command": f"{self.paper.command} {claim.id}"},
             **claim.model_dump(include={"table", "row", "column", "level"}),
         }
-
-    def _basis(self, claim: Claim, status: str) -> str:
-        """Kind of evidence: ``set-up`` if the item agrees under every known mistake too, else the claim's."""
-        agrees_always = status in AGREEING and self.losing.get(claim.id) == []
-        return "set-up" if agrees_always and claim.basis in OF_RESULTS else claim.basis
 
     def _holds(self, claim: Claim, source: str) -> tuple[bool | None, str]:
         """Whether a claim about models holds by `source`, "exact" or "printed", and the finding as text.
@@ -216,15 +201,11 @@ class Judge:
         return ""
 
 
-def _exact_as(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> str:
-    """Sense, of `EXACT_AS`, in which an item is exact."""
-    if claim.tolerance == READ_OFF:
-        return "reading"
-    if tolerance.measure == "index":
-        return "grid"
-    if finding.holds is not None or tolerance.measure == "log10" or finding.value == finding.low is None:
-        return "true"
-    return "range" if finding.low is not None else "digits"
+def _in_seeds(claim: Claim, finding: Finding) -> float | None:
+    """Deviation of a number of a table or figure in standard deviations over seeds."""
+    if finding.value is None or not claim.seed_deviation or not claim.row:
+        return None
+    return six_digits((finding.value - claim.value) / claim.seed_deviation)
 
 
 def _width(claim: Claim, finding: Finding) -> str:
@@ -264,56 +245,50 @@ def counts(items: Sequence[Item]) -> dict[str, int]:
     return {"items": len(items)} | {status: statuses.count(status) for status in STATUSES}
 
 
-def facts(items: Sequence[Item]) -> list[Item]:
-    """Return one item per fact: of items that state the same fact the one with the worst status."""
-    kept: dict[str, Item] = {}
-    for item in items:
-        name = item["fact"] or item["id"]
-        kept[name] = max(kept.get(name, item), item, key=lambda each: STATUSES.index(each["status"]))
-    return list(kept.values())
-
-
 def verdict(results: Path, paper: Paper) -> dict[str, Any]:
     """Judge every claim of a paper against a folder of results; return the content of ``verdict.json``."""
     # Before anything is read.
     made_from = hashes_behind_verdict(results, paper.folder, paper.module, paper.reads)
     judge = Judge(results, paper)
     items = [judge.judge(claim) for claim in judge.claims.items.values()]
-    by_basis = {basis: [item for item in items if item["basis"] == basis] for basis in BASES}
     about = paper.about(judge.sources)
-    basis = {item["id"]: item["basis"] for item in items}
+    assumptions = read_assumptions(paper.folder)
+    misprints = {name: erratum.evidence for name, erratum in judge.errata.items() if erratum.passes}
+    suspected = {
+        name: f"suspected: {d.suspected}; {d.evidence}" for name, d in judge.doubts.items() if d.holds
+    }
+    facts = judged_facts(
+        judge.claims.facts,
+        items,
+        assumptions,
+        misprints,
+        suspected,
+        lambda names: six_digits(paper.chi_square(judge.sources, names)),
+    )
     return {
         "study": about["study"],
+        "headline": headline(facts, assumptions),
+        "facts": facts,
         "counts": counts(items),
-        "counts_by_basis": {basis: counts(members) for basis, members in by_basis.items()},
-        "near_misses": sum(
-            item["status"] == "missed" and item["relative"] is not None and abs(item["relative"]) <= NEAR_MISS
-            for item in items
-        ),
-        "exact_as": {
-            basis: {sense: sum(item["exact_as"] == sense for item in members) for sense in EXACT_AS}
-            for basis, members in by_basis.items()
-        },
-        "headline": {basis: counts(facts(members)) for basis, members in by_basis.items()},
         "failures": about["failures"],
         "settling_failures": about["settling_failures"],
         "highlights": paper.highlights(judge.sources, items),
-        "mistakes": [] if judge.agrees is None else mistakes_table(judge.agrees, basis),
         "items": items,
         "classes": {name: tolerance.model_dump() for name, tolerance in judge.claims.classes.items()},
         "errata": [erratum.model_dump() for erratum in judge.errata.values()],
         "doubts": [doubt.model_dump() for doubt in judge.doubts.values()],
-        "assumptions": {name: entry.model_dump() for name, entry in read_assumptions(paper.folder).items()},
+        "assumptions": {name: entry.model_dump() for name, entry in assumptions.items()},
         "assumptions_run": judge.alternatives is not None,  # whether the alternatives were
         **made_from,
     }
 
 
-def read_statuses(folder: Path) -> dict[str, str]:
-    """Recorded status of every item, from ``statuses.csv``; empty if there is no such file."""
+def recorded_facts(folder: Path) -> dict[str, str]:
+    """Recorded status of every fact, from ``statuses.csv``; empty if there is no such file."""
     return recorded(folder / "statuses.csv")
 
 
-def statuses_text(items: Sequence[Item]) -> str:
-    """Text of ``statuses.csv`` for judged items."""
-    return "".join(["id,status\n", *(f"{item['id']},{item['status']}\n" for item in items)])
+def recorded_text(facts: Sequence[Item]) -> str:
+    """Text of ``statuses.csv`` for judged facts."""
+    rows = sorted(f'{row["name"]},"{row["status"]}"' for row in facts)
+    return "\n".join(["fact,status", *rows, ""])

@@ -16,7 +16,7 @@ from pneumo.storage.kept_evidence import KEPT
 from pneumo.storage.seal import LARGEST_RESULT, unsealed
 
 OF_PAPER = ("*.yaml", "published/*.csv", "seed_deviations.csv")  # what a verdict reads
-OF_EVIDENCE = ("assumptions.nc", "power.nc", "seed_sets.nc")
+OF_EVIDENCE = ("assumptions.nc", "seed_sets.nc")
 SEAL = 100  # bytes at the end of a results file, among them its SHA-256
 
 

@@ -1,4 +1,4 @@
-"""Pulls and chi-squares of the tables' numbers, and the arguments of the doubts on known cells."""
+"""Chi-squares of the tables' numbers, and the arguments of the doubts on known cells."""
 
 from types import SimpleNamespace
 
@@ -16,7 +16,7 @@ SEEDS = PRINTED["printed"].to_numpy() + np.random.default_rng(3).normal(0.0, 0.2
 LIKELIHOOD = TableLikelihood(SEEDS)
 
 
-def test_pull_and_chi_square_of_one_deviation():
+def test_chi_square_of_one_deviation():
     names = PRINTED.index.tolist()
     meant = PRINTED["meant"].fillna(PRINTED["printed"]).to_numpy()
     assert LIKELIHOOD.chi_square(meant, TABLES) == 0
@@ -24,11 +24,12 @@ def test_pull_and_chi_square_of_one_deviation():
     variance = SEEDS[1:, i].var(ddof=1) + PRINTED["variance"].iloc[i]
     off = meant.copy()
     off[i] += 2 * np.sqrt(variance)
-    pulls = LIKELIHOOD.pulls(off)
-    assert pulls["T7.M8.mse"] == pytest.approx(2.0) and pulls["T7.M7.mse"] == 0
-    assert "T9.isothermal.M10.mse" not in pulls  # without a number, if it is a copy
+    of_printed = off - meant + PRINTED["printed"].to_numpy()
+    assert LIKELIHOOD.of_items(of_printed, ["T7.M8.mse"]) == pytest.approx(4.0)
+    assert LIKELIHOOD.of_items(of_printed, ["T7.M7.mse", "T9.isothermal.M10.mse"]) == 0
+    assert LIKELIHOOD.of_items(of_printed, ["T7.M8.mse", "T5.E01.P_A"]) is None
     assert LIKELIHOOD.chi_square(off, ("T9",)) == 0
-    # Independent seeds have hardly any correlation left: the square of the pull.
+    # Independent seeds have hardly any correlation left: that of the number alone.
     assert LIKELIHOOD.chi_square(off, ("T7",)) == pytest.approx(4.0, rel=0.2)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from invented_report import BYTES, HOSTILE, hostile, made, page, parts, unpacked_groups, verdict
+from markupsafe import escape
 from packed_traces import unpacked
 from page_checks import stands_alone
 from paper_study import STUDY as PAPER
@@ -135,10 +136,11 @@ def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict(
     links = {"https://doi.org/10.1243/09596518JSCE203", "https://github.com/leeoniya/uPlot"}
     assert set(stands_alone(page()).links) == {"#explore", "verdict.html", *links}
     assert report_page(PAPER, parts(), verdict(), None, False) == page()
-    for status, (symbol, _) in STATUS_LOOKS.items():
-        badge = rf'class="badge {status}" href="verdict.html"[^>]*>.*?{re.escape(html.escape(symbol))}</span>'
-        assert re.search(rf"{badge} {verdict()['counts'][status]} {status}</a>", page())
-    assert "432 printed numbers" in page()
+    for status, (look, symbol, _) in STATUS_LOOKS.items():
+        badge = rf'class="badge {look}" href="verdict.html"[^>]*>.*?{re.escape(html.escape(symbol))}</span>'
+        counted = f"{verdict()['headline']['statuses'][status]} {escape(status)}"
+        assert re.search(rf"{badge} {counted}</a>", page())
+    assert "75 facts" in page()
 
 
 @pytest.mark.results

@@ -1,26 +1,25 @@
-"""The paper, number by number: every item of the verdict has the status that is recorded for it.
+"""The paper, fact by fact: every fact of the verdict has the status that is recorded for it.
 
-A number that gets worse fails, and so does one that gets better without being recorded:
+A fact that gets worse fails, and so does one that gets better without being recorded:
 ``pneumo paper verdict --record`` writes paper/2006/statuses.csv anew.
 """
 
 import pytest
 
-from paper.study.paper_2006.paper import PAPER_2006
+from paper.study.known_papers import current_verdict
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
-from pneumo.verdict.judging import Judge, read_statuses
+from pneumo.verdict.judging import recorded_facts
 
-RECORDED = read_statuses(PAPER_FOLDER)
+RECORDED = recorded_facts(PAPER_FOLDER)
 
 pytestmark = pytest.mark.results
 
 
 @pytest.fixture(scope="module")
-def judge(results) -> Judge:
-    return Judge(results, PAPER_2006)
+def facts(results) -> dict[str, dict]:
+    return {fact["name"]: fact for fact in current_verdict(results, "2006")["facts"]}
 
 
 @pytest.mark.parametrize(("name", "status"), RECORDED.items(), ids=RECORDED.keys())
-def test_item(judge, name, status):
-    item = judge.judge(judge.claims.items[name])
-    assert item["status"] == status, f"{name}: {item['shown']} for {item['printed']}; {item['reason']}"
+def test_fact(facts, name, status):
+    assert facts[name]["status"] == status, facts[name]

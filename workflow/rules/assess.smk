@@ -17,7 +17,7 @@ rule statistics:
         "../scripts/statistics.py"
 
 
-FINISHED = ["assumptions.nc", "power.nc", "seed_sets.nc"]
+FINISHED = ["assumptions.nc", "seed_sets.nc"]
 
 
 rule verdict:
@@ -30,6 +30,7 @@ rule verdict:
         cells=rules.replay.output.cells,
         statistics=rules.statistics.output,
         claims="paper/2006/claims.yaml",
+        facts="paper/2006/facts.yaml",
         errata="paper/2006/errata.yaml",
         assumptions="paper/2006/assumptions.yaml",
         doubts="paper/2006/doubts.yaml",
@@ -37,9 +38,7 @@ rule verdict:
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
         figures=expand("paper/2006/published/figure{number}.csv", number=[7, 9, 11]),
         templates=page_templates("verdict.html.j2"),
-        about=expand(
-            "paper/2006/{file}", file=["page.yaml", "head.html.j2", "findings.html.j2", "simulators.json"]
-        ),
+        about=expand("paper/2006/{file}", file=["page.yaml", "findings.html.j2", "simulators.json"]),
     output:
         judged="<results>/verdict.json",
         page=report("<results>/verdict.html", caption="../captions/verdict.rst", category="Pages"),

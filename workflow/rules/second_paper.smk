@@ -30,6 +30,7 @@ rule verdict_2007:
         evidence=[],
         example=rules.simulated_example.output.response,
         claims="paper/2007/claims.yaml",
+        facts="paper/2007/facts.yaml",
         errata="paper/2007/errata.yaml",
         assumptions="paper/2007/assumptions.yaml",
         published=expand("paper/2007/published/table{number}.csv", number=range(1, 6)),

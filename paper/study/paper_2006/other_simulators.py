@@ -202,8 +202,8 @@ def paper_for(results: OtherResults, tool: str) -> Paper:
 
     def highlights(judged: Sources, items: list[Item]) -> dict[str, Any]:
         agreement = fit(judged) if whole else None
-        if agreement is not None:  # seeds and known mistakes are those of the study's own runs
-            agreement |= {"seeds": None, "mistakes": {}}
+        if agreement is not None:  # seeds are those of the study's own runs
+            agreement |= {"seeds": None}
         none = dict.fromkeys(("wrong_row", "transport", "by_experiment"))
         return {"scores": scores(items), "fit": agreement} | none
 
@@ -212,8 +212,7 @@ def paper_for(results: OtherResults, tool: str) -> Paper:
         about=about,
         highlights=highlights,
         alternatives=Paper._field_defaults["alternatives"],
-        power=Paper._field_defaults["power"],
-        pulls=PAPER_2006.pulls if whole else Paper._field_defaults["pulls"],
+        chi_square=PAPER_2006.chi_square if whole else Paper._field_defaults["chi_square"],
         reads=(),
     )
 

@@ -1,11 +1,12 @@
 """The paper of 2006: its files and functions, as `pneumo.verdict.judging` reads them."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
+from paper.study import PAPERS
 from paper.study.known_papers import KNOWN
 from paper.study.paper_2006.computations import COMPUTATIONS
 from paper.study.paper_2006.doubt_arguments import ARGUMENTS
@@ -13,28 +14,42 @@ from paper.study.paper_2006.erratum_proofs import PROOFS
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2006.results import PrintedTables, StudyResults
 from paper.study.paper_2006.summary import EXPERIMENTS, highlights
+from pneumo.configuration.parameters import load, study
+from pneumo.configuration.study_json import plain
 from pneumo.errors import ResultError
 from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.storage.files import read
 from pneumo.storage.kept_evidence import evidence_file
 from pneumo.verdict.judging import Paper, Sources
 
+RUNS = {"failures": "datum", "settling_failures": "settling"}
+
 
 def sources(results: Path, _: Path) -> dict[str, StudyResults]:
     """Results with each signal sampling, and the printed tables; `ResultError` for another study."""
     transports: dict[str, StudyResults] = {name: StudyResults(results, name) for name in STUDY_SAMPLINGS}
-    study = transports["published"].study
-    if not set(EXPERIMENTS) & set(study.experiments):
-        other = f"another study, {study.name}, with the experiments {', '.join(study.experiments)}"
+    made = transports["published"].study
+    if not set(EXPERIMENTS) & set(made.experiments):
+        other = f"another study, {made.name}, with the experiments {', '.join(made.experiments)}"
         raise ResultError(f"{results}: holds {other[:200]}; `snakemake -j2` makes the paper's")
     return transports | {"printed": PrintedTables(results)}
 
 
 def about(sources: Sources) -> dict[str, Any]:
     """Name of the study, and when and how its full-order and settling runs failed."""
-    study = sources["published"]
-    failures = {"failures": study.failures("datum"), "settling_failures": study.failures("settling")}
-    return {"study": study.study.name} | failures
+    results = sources["published"]
+    failures = {kind: results.failures(run) for kind, run in RUNS.items()}
+    return {"study": results.study.name} | failures
+
+
+def changed(sources: Sources) -> str:
+    """Names of the experiments whose parameters are not those of ``config/paper.yaml``, in words."""
+    config = PAPERS.parent / "config/paper.yaml"
+    if not config.is_file():
+        return ""
+    own, printed = sources["published"].study.experiments, study(load(config)).experiments
+    names = [name for name in own if name in printed and plain(own[name]) != plain(printed[name])]
+    return f"the parameters of {', '.join(names)} are not the paper's" if names else ""
 
 
 def alternatives(results: Path, sources: Sources) -> xr.DataArray | None:
@@ -43,19 +58,10 @@ def alternatives(results: Path, sources: Sources) -> xr.DataArray | None:
     return read(toggled, "reproduced")["reproduced"] if toggled else None
 
 
-def power(results: Path, sources: Sources) -> xr.DataArray | None:
-    """Whether an item agrees, by (mistake, item), from ``power.nc``; None if not run."""
-    file = evidence_file(results, "power.nc", sources["published"].study.config_sha256)
-    return read(file, "agrees")["agrees"].astype(bool) if file else None
-
-
-def pulls(sources: Sources) -> Mapping[str, float]:
-    """Deviation of each number of Tables 7, 8, 9 and Figs 9, 11 in standard deviations, by item.
-
-    Empty if other sets of seeds were not run with this configuration.
-    """
+def chi_square(sources: Sources, items: Sequence[str]) -> float | None:
+    """Chi-square of numbers of Tables 7, 8, 9 and Figs 9, 11; None for others, or without other seeds."""
     published: StudyResults = sources["published"]
-    return published.likelihood.pulls(published.numbers) if published.likelihood else {}
+    return published.likelihood.of_items(published.numbers, items) if published.likelihood else None
 
 
 PAPER_2006 = Paper(
@@ -69,7 +75,7 @@ PAPER_2006 = Paper(
     reads=KNOWN["2006"].reads,
     command="pneumo paper explain",
     alternatives=alternatives,
-    power=power,
+    changed=changed,
     arguments=ARGUMENTS,
-    pulls=pulls,
+    chi_square=chi_square,
 )

@@ -16,13 +16,9 @@ import xarray as xr
 from paper.study.paper_2006.numbers_of_tables import TABLES
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.results import StudyResults
-from paper.study.paper_2006.table_likelihood import TableLikelihood
 from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINEMENT_PAIRS
-from pneumo.storage.files import read
-from pneumo.storage.kept_evidence import evidence_file
-from pneumo.verdict.judging import Item, Sources, counts, facts, six_digits
-from pneumo.verdict.power import NO_MISTAKE
+from pneumo.verdict.judging import Item, Sources, six_digits
 
 TABLE_NAMES = {
     "T7": "Table 7",
@@ -39,21 +35,14 @@ ORIGINS = ("printed", *STUDY_SAMPLINGS)
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
     """Summary of the verdict: results of the functions below by name.
 
-    All but scores and counts are None for a study that is not the paper's, or in which an experiment failed.
+    All but scores are None for a study that is not the paper's, or in which an experiment failed.
     """
     published = sources["published"]
-    summary: dict[str, Any] = {"scores": scores(items), "measured": measured(items)}
+    summary: dict[str, Any] = {"scores": scores(items)}
     whole = list(published.study.experiments) == EXPERIMENTS and not published.failures("datum")
     for part in (fit, wrong_row, transport, by_experiment):
         summary[part.__name__] = part(sources) if whole else None
     return summary
-
-
-def measured(items: Sequence[Item]) -> dict[str, dict[str, int]]:
-    """Counts of the facts that nothing was fitted to: turns of the one run of Fig. 7, and all others."""
-    of = facts([item for item in items if item["basis"] == "measured"])
-    turns = [item for item in of if item["id"].startswith("F7.")]
-    return {"turns": counts(turns), "others": counts([item for item in of if item not in turns])}
 
 
 def scores(items: Sequence[Item]) -> dict[str, Any]:
@@ -81,7 +70,7 @@ def fit(sources: Sources) -> dict[str, Any] | None:
     """Agreement of Tables 7, 8, 9, Figs 9, 11 against the spread over seeds; None without other seeds.
 
     `tables`: chi-square of each, as meant and as printed, with its degrees of freedom; `seeds`: place of the
-    paper's seeds among all sets; `mistakes`: rise of the chi-square of all tables by each known mistake.
+    paper's seeds among all sets.
     """
     published: StudyResults = sources["published"]
     likelihood = published.likelihood
@@ -104,19 +93,7 @@ def fit(sources: Sources) -> dict[str, Any] | None:
         rms = likelihood.rms_of_ln_mse(likelihood.over_seeds, table)
         place, others = 1 + int(np.count_nonzero(rms[1:] < rms[0])), float(rms[1:].mean())
         seeds[table] = {"place": place, "rms": six_digits(float(rms[0])), "rms_of_others": six_digits(others)}
-    return {"tables": tables, "seeds": seeds, "mistakes": _rises(published, likelihood)}
-
-
-def _rises(published: StudyResults, likelihood: TableLikelihood) -> dict[str, float | None]:
-    """Rise of the chi-square of all tables by each known mistake; empty if mistakes were not run."""
-    file = evidence_file(published.folder, "power.nc", published.study.config_sha256)
-    numbers = read(file).get("number") if file else None
-    if numbers is None:
-        return {}
-    chi_square = likelihood.chi_square(numbers.values, TABLES)
-    before = chi_square[numbers["mistake"].values.tolist().index(NO_MISTAKE)]
-    rises = zip(numbers["mistake"].values.tolist(), (chi_square - before).tolist(), strict=True)
-    return {mistake: six_digits(rise) for mistake, rise in rises}
+    return {"tables": tables, "seeds": seeds}
 
 
 def wrong_row(sources: Sources) -> list[dict[str, Any]]:

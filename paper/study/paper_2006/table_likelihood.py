@@ -4,7 +4,6 @@ The covariance of the 288 numbers is that over the sets of seeds plus that of pr
 decision 67.
 """
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -44,7 +43,7 @@ def numbers_of_seed_sets(study: Study, seed_sets: xr.Dataset) -> np.ndarray:
 
 
 class TableLikelihood:
-    """Pulls and chi-squares of the tables' numbers, with the covariance over seeds and of printing.
+    """Chi-squares of the tables' numbers, with the covariance over seeds and of printing.
 
     Parameters
     ----------
@@ -58,11 +57,13 @@ class TableLikelihood:
         seeds, self.shrinkage = shrunk_covariance(over_seeds[1:])
         self.covariance = seeds + np.diag(self.printed["variance"])
 
-    def pulls(self, numbers: np.ndarray) -> dict[str, float]:
-        """Deviation of each number from the printed one, as meant, in standard deviations, by item."""
-        pulls = (numbers - self.printed["meant"].to_numpy()) / np.sqrt(np.diag(self.covariance))
-        names = self.printed.index.tolist()
-        return {name: pull for name, pull in zip(names, pulls.tolist(), strict=True) if math.isfinite(pull)}
+    def of_items(self, numbers: np.ndarray, items: Sequence[str]) -> float | None:
+        """Chi-square of items as printed, from numbers of shape (288,); None if one is no such number."""
+        part = self.printed.index.get_indexer(list(items))
+        if len(part) == 0 or part.min() < 0:
+            return None
+        deviations = numbers[part] - self.printed["printed"].to_numpy()[part]
+        return float(chi_square(deviations, self.covariance[np.ix_(part, part)]))
 
     def _part(self, tables: Sequence[str], column: str) -> np.ndarray:
         of_tables = self.printed["table"].isin(tables) & np.isfinite(self.printed[column])

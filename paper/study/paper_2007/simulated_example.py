@@ -103,13 +103,28 @@ def example() -> xr.Dataset:
     t, P, T = response(TAKEN.area, TAKEN.push, TAKEN.window)
     fitted = P - estimated(t, P, TAKEN.final)[0].residual
     traces = {"P": (P, "Pa"), "T": (T, "K"), "fitted": (fitted, "Pa")}
-    units = {"P_f": "Pa", "delta_P": "Pa", "tau": "s", "m": "kg", "V_d": "m3", "k_av": "W K-1", "A_q": "m2"}
-    units |= {"lambda_av": "W m-2 K-1", "t_ss": "s", "P_av": "Pa", "T_av": "K"}
-    units |= {"lambda_0": "W m-2 K-1", "k_0": "W K-1"}
+    about = {
+        "P_f": ("Pa", "final pressure"),
+        "delta_P": ("Pa", "change of pressure of the regression"),
+        "tau": ("s", "thermal time constant"),
+        "m": ("kg", "mass of air"),
+        "V_d": ("m3", "estimated dead volume"),
+        "k_av": ("W K-1", "mean conductance of the wall"),
+        "A_q": ("m2", "estimated heat transfer area"),
+        "lambda_av": ("W m-2 K-1", "mean heat transfer coefficient"),
+        "t_ss": ("s", "settling time to 1 per cent"),
+        "P_av": ("Pa", "mean pressure over the settling time"),
+        "T_av": ("K", "mean temperature over the settling time"),
+        "lambda_0": ("W m-2 K-1", "heat transfer coefficient at equilibrium"),
+        "k_0": ("W K-1", "conductance of the wall at equilibrium"),
+    }
     fields = zip(*READINGS, strict=True)
     return xr.Dataset(
         {name: ("t", values, {"units": unit}) for name, (values, unit) in traces.items()}
-        | {n: ("reading", c, {"units": units[n]}) for n, c in zip(STEPS, columns, strict=True)},
+        | {
+            n: ("reading", c, dict(zip(("units", "long_name"), about[n], strict=True)))
+            for n, c in zip(STEPS, columns, strict=True)
+        },
         {"t": ("t", t, {"units": "s", "long_name": "time from the peak"})}
         | {f: ("reading", list(v)) for f, v in zip(Reading._fields, fields, strict=True)},
         {"taken": READINGS.index(TAKEN)},

@@ -13,28 +13,26 @@ from pneumo.verdict.claims import BASES
 TEXT_WIDTH = 100
 
 
-def item_text(item: Mapping[str, Any], errata: Mapping[str, Any], recorded: str | None) -> str:
+def item_text(item: Mapping[str, Any], errata: Mapping[str, Any]) -> str:
     """Text of an item of `pneumo.verdict.judging.Judge.judge`: claim, reproduced value, status, reason.
 
-    `errata` are those of ``verdict.json`` by name; `recorded` is the item's recorded status.
+    `errata` are those of ``verdict.json`` by name.
     """
     tolerance = item["tolerance"]
     sense = "" if tolerance["sense"] == "equal" else f", {tolerance['sense'].replace('_', ' ')}"
-    status = item["status"] + ("" if recorded in (None, item["status"]) else f" (recorded: {recorded})")
     scale = "" if item["scale"] in (1, 0.01) else f" x {item['scale']:g}"
     lines = [
         ("where", item["where"]),
         ("claim", item["statement"]),
         ("printed", f"{item['printed']}{scale} {item['unit']}".strip()),
         ("reproduced", item["shown"] or "nothing"),
-        ("status", status),
+        ("status", item["status"]),
         ("reason", item["reason"]),
         ("tolerance", f"class {tolerance['class']}{sense}: {tolerance['limit']:g}, {tolerance['measure']}"),
         ("kind", item["kind"]),
         ("basis", f"{item['basis']}: {BASES[item['basis']]}"),
         ("fact", item["fact"]),
-        ("lost by", "; ".join(item["lost_by"] or [])),
-        ("pull", "" if item["pull"] is None else f"{item['pull']:+.2g} standard deviations"),
+        ("seeds", "" if item["seeds"] is None else f"{item['seeds']:+.2g} standard deviations over seeds"),
         ("doubt", ", ".join(item["doubts"])),
     ]
     for key, label in (("exact", "with exact signals"), ("printed", "by the paper's own tables")):

@@ -12,6 +12,7 @@ import numpy as np
 import typst
 from numpy.typing import ArrayLike
 
+from paper.study.text.verdict_text import size_text
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.study_json import from_json
 from pneumo.physics.models import MODELS
@@ -19,6 +20,7 @@ from pneumo.publish.text.formatting import percent_text
 from pneumo.simulation.signals import EXACT, STUDY_SAMPLINGS
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.storage.files import atomic, read_json
+from pneumo.verdict.facts import AGREES, NOT_JUDGED, headline_text
 
 CLAIMED = {  # printed numbers quoted in the text -> item of the verdict
     "of_M6": "S4.M7_40",
@@ -84,13 +86,15 @@ def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
     table_8, table_5 = scores["table_8"], scores["table_5"]
     return {
         "counts": _texts(counts),
-        "by_basis": {basis: _texts(numbers) for basis, numbers in verdict["counts_by_basis"].items()},
-        "headline": {basis: _texts(verdict["headline"][basis]) for basis in ("measured", "fitted")},
-        **{group: _texts(numbers) for group, numbers in highlights["measured"].items()},
+        "headline": headline_text(verdict["headline"]),
+        "facts": [
+            {"says": fact["says"], "status": fact["status"], "size": size_text(fact)}
+            for fact in verdict["facts"]
+            if fact["status"] not in (AGREES, NOT_JUDGED)
+        ],
         "places": str(len(verdict["errata"])),
         "claimed": {key: printed[item] for key, item in CLAIMED.items()},
         "exact": {level: percent_text(quotient) for level, quotient in exact.items()},
-        "missed_share": percent_text(counts["missed"] / counts["items"], 1),
         "errata": [
             {key: erratum[key] for key in ("where", "printed", "meant")} for erratum in verdict["errata"]
         ],

@@ -1,34 +1,42 @@
-"""The verdict as text for a terminal of 80 columns: counts, then what disagrees, largest deviation first."""
+"""The verdict as text for a terminal of 80 columns: the headline, then facts, worst first."""
 
+import textwrap
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pneumo.publish.text.formatting import percent_text
-from pneumo.verdict.judging import NEAR_MISS, STATUSES
-
-DISAGREEING = ("missed", "contradicted")
+from pneumo.verdict.facts import AGREES, NOT_JUDGED, headline_text
 
 
 def verdict_lines(judged: Mapping[str, Any]) -> Iterator[str]:
-    """Lines for `pneumo.verdict.judging.verdict`: counts by kind of evidence, and items that disagree."""
-    yield f"{'':16}" + "".join(f"{key:>{max(6, len(key) + 1)}}" for key in ("items", *STATUSES))
-    rows = {"all": judged["counts"]} | judged["counts_by_basis"]
-    facts = {f"{basis}, facts": judged["headline"][basis] for basis in ("measured", "fitted")}
-    for name, counts in (rows | facts).items():
-        yield f"{name:16}" + "".join(f"{counts[key]:{max(6, len(key) + 1)}}" for key in ("items", *STATUSES))
-    missed = judged["counts"]["missed"]
-    yield f"missed by at most {percent_text(NEAR_MISS)}: {judged['near_misses']} of {missed}"
-    items = [item for item in judged["items"] if item["status"] in DISAGREEING]
-    if not items:
-        return
-    yield f"\n{'deviation':>10}  {'':12}  {'item':26}  {'printed':>9}  reproduced"
-    for item in sorted(items, key=_size, reverse=True):
-        deviation = "" if item["relative"] is None else f"{100 * item['relative']:+.1f} %"
-        printed = item["meant"] if len(item["meant"]) <= 9 else ""  # words are in `pneumo paper explain`
-        line = f"{deviation:>10}  {item['status']:12}  {item['id']:26}  {printed:>9}  "
-        yield (line + (item["shown"].split()[0] if isinstance(item["reproduced"], float) else "")).rstrip()
+    """Lines for `pneumo.verdict.judging.verdict`: the headline, and facts that do not plainly agree."""
+    yield textwrap.fill(headline_text(judged["headline"]), 80)
+    for status in dict.fromkeys(fact["status"] for fact in judged["facts"]):
+        if status in (AGREES, NOT_JUDGED):
+            continue
+        yield f"\n{status}"
+        for fact in judged["facts"]:
+            if fact["status"] == status:
+                text = f"{fact['says']} ({size_text(fact)})" if size_text(fact) else fact["says"]
+                yield textwrap.fill(text, 80, initial_indent="  ", subsequent_indent="    ")
 
 
-def _size(item: Mapping[str, Any]) -> float:
-    """Size of the deviation; statements, which have none, come last."""
-    return -1.0 if item["relative"] is None else abs(item["relative"])
+def size_text(fact: Mapping[str, Any]) -> str:
+    """Size of a fact's deviation: agreeing items, chi-square, largest deviation in per cent and in seeds'."""
+    parts = [f"{fact['agree']} of {fact['judged']} agree" if fact["judged"] > 1 else ""]
+    if fact["judged"] < fact["items"]:
+        parts.append(f"{fact['items'] - fact['judged']} not run")
+    if fact["chi_square"] is not None:
+        parts.append(f"χ² {fact['chi_square']:.0f} for {fact['left']:.0f} degrees of freedom")
+    if fact["largest"]:
+        parts.append(f"largest deviation {deviation_text(fact['largest'])}")
+    if fact["seeds"]:
+        parts.append(f"at most {fact['seeds']:.1f} seed deviations")
+    return "; ".join(filter(None, parts))
+
+
+def deviation_text(relative: float | None) -> str:
+    """Deviation in per cent; empty without a number."""
+    if relative is None:
+        return ""
+    text = f"{100 * relative:+.2f}" if abs(relative) < 0.1 else f"{100 * relative:+.0f}"
+    return f"{'0' if float(text) == 0 else text} %"
