@@ -1,8 +1,10 @@
 """Excitation: the generator against documented values, how long a draw is held, and the two loops."""
 
+from hashlib import sha256
 from itertools import islice
 from math import log, sqrt
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -21,6 +23,7 @@ from pneumo.simulation.excitation import (
     normal_deviates,
     reference_series,
     reversed_at,
+    sine_of_turns,
 )
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -153,6 +156,18 @@ def test_sweep_goes_from_its_first_frequency_to_its_last():
     assert abs(len(rising) - steps * (low + high) / 2) < 2
     middle = (rising[1:] + rising[:-1]) / 2
     np.testing.assert_allclose(1 / np.diff(rising), low + (high - low) * middle / steps, rtol=0.02)
+
+
+@given(st.floats(-1e9, 1e9))
+def test_sine_is_exact_to_two_ulp_of_one(turns):
+    with mpmath.workdps(40):
+        exact = float(mpmath.sinpi(2 * mpmath.mpf(turns)))
+    assert sine_of_turns(np.array([turns]))[0] == pytest.approx(exact, rel=0, abs=4.5e-16)
+
+
+def test_sweep_has_the_same_bits_on_every_processor():
+    series = reference_series(OPEN, Excitation(1, 2.0, 50, "sweep", (1e-4, 5e-3)), 100_000)
+    assert sha256(series.astype("<f8").tobytes()).hexdigest() == ""
 
 
 @given(st.lists(st.floats(-3, 3), min_size=1, max_size=5), st.integers(1, 20), st.integers(1, 200))
