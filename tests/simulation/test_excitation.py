@@ -167,7 +167,10 @@ def test_sine_is_exact_to_two_ulp_of_one(turns):
 
 def test_sweep_has_the_same_bits_on_every_processor():
     series = reference_series(OPEN, Excitation(1, 2.0, 50, "sweep", (1e-4, 5e-3)), 100_000)
-    assert sha256(series.astype("<f8").tobytes()).hexdigest() == ""
+    assert (
+        sha256(series.astype("<f8").tobytes()).hexdigest()
+        == "e41c08cbf43de08c16a3356d5e17b0b6110ba0e701d474862375a693c1fdfc17"
+    )
 
 
 @given(st.lists(st.floats(-3, 3), min_size=1, max_size=5), st.integers(1, 20), st.integers(1, 200))
