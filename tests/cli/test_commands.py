@@ -172,8 +172,8 @@ def test_linearise_prints_the_matrices_and_takes_the_only_cylinder_and_conductan
 
 def test_an_export_names_its_files_states_and_inputs_and_how_to_test_it(inside, tmp_path):
     inside("init", "mine.yaml")
-    code, out, _ = inside("export", "full", "--to", "c", "--config", "mine.yaml", "-o", "full.c")
-    assert code == 0 and "full.c, full.h, full_test.c: written\n" in out
+    code, out, _ = inside("export", "full", "--to", "c", "--config", "mine.yaml", "-o", "new/full.c")
+    assert code == 0 and out.startswith("new: new folder\nnew/full.c, new/full.h, new/full_test.c: written\n")
     assert "states P_A, T_A, P_B, T_B; inputs u, x, v\n" in out
     command = out.splitlines()[-1].removeprefix("Test it: ")
     assert subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True).returncode == 0  # noqa: S602
@@ -191,6 +191,9 @@ def test_the_keys_of_a_configuration_are_printed(inside):
         (["linearise", "full", "--n", 1.3, "--u", 1, "--P_A", 5e5, "--P_B", 5e5], "--n = 1.3: full has no"),
         (["export", "M7", "--to", "matlab"], "pneumo: --n: missing; M7 needs a polytropic index, above 0"),
         (["linearise", "M7", *AT], "--n: missing; M7 needs"),
+        (["export", "full", "--to", "simulink", "-o", "full.fmu"], "Simulink imports an FMU: use --to fmu"),
+        (["export", "full", "--to", "matlab", "-o", "full.slx"], "Simulink imports an FMU: use --to fmu"),
+        (["export", "full", "--to", "matlab", "-o", "full.txt"], "--to matlab: needs --output FILE.m"),
         (["export", "m8", "--n", 1.35, "--to", "matlab"], "model 'm8': no such model, perhaps M8"),
         (["fit", "a.csv", "--model", "M7", "--model", "m8"], "model 'm8': no such model, perhaps M8"),
         (["linearise", "Full", *AT], "model 'Full': no such model, perhaps full"),

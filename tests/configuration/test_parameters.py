@@ -17,12 +17,14 @@ from pneumo.catalogue import coefficient_times_length, default_conductance
 from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation
 from pneumo.configuration.known_within import KnownWithin, conversion_notes, known_within
-from pneumo.configuration.parameters import load, merged, plant_of, sonic_conductance, study, validated
+from pneumo.configuration.parameters import load, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import HELD, SAMPLINGS
 from pneumo.configuration.schema_messages import allowed
+from pneumo.configuration.schema_parts import merged
 from pneumo.configuration.study_json import from_json, to_json
 from pneumo.errors import ConfigurationError
+from pneumo.physics.cylinder import heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Gas, Valve, choked_flow, exact_gas, mass_flow
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -218,6 +220,16 @@ def test_wall_by_its_coefficient():
     e = on_own_cylinder({"k_0_W_per_K": None, "lambda_0_W_per_m2K": 40.0})
     area = 2 * math.pi / 4 * 0.025**2 + math.pi * 0.025 * 0.08  # both faces and half the wall
     assert e.plant.k_0 == pytest.approx(40.0 * area)
+
+
+def test_an_override_of_the_wall_s_conductance_replaces_its_coefficient(tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("experiments: {E01: {k_0_W_per_K: 0.3}, E03: {lambda_0_W_per_m2K: 40}}\n")
+    experiments = study(load(PAPER, mine)).experiments
+    assert experiments["E01"].plant.k_0 == 0.3
+    assert experiments["E03"].plant.k_0 == pytest.approx(
+        40 * heat_area(0.0, experiments["E03"].plant.cylinder)
+    )
 
 
 def test_wall_from_the_catalogue():

@@ -6,8 +6,9 @@ import pytest
 import yaml
 from checkout import ROOT
 
-from pneumo.configuration.parameters import Sources, merged, read_sources, study
+from pneumo.configuration.parameters import Sources, read_sources, study
 from pneumo.configuration.plausible_cylinders import FASTEST, checked, implausible
+from pneumo.configuration.schema_parts import merged
 from pneumo.errors import BadRowsError, ConfigurationError, as_lines
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import study_notes

@@ -8,7 +8,8 @@ import pytest
 import yaml
 from bad_input import BASE, PAPER, changed, complaint, error_of
 
-from pneumo.configuration.parameters import load, merged
+from pneumo.configuration.parameters import load
+from pneumo.configuration.schema_parts import merged
 from pneumo.errors import ConfigurationError
 
 NAMES = [f"E{j:02d}" for j in range(1, 17)]

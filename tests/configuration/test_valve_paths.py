@@ -7,9 +7,10 @@ import pytest
 from bad_input import error_of
 
 import pneumo
-from pneumo.configuration.parameters import merged, plant_of, validated
+from pneumo.configuration.parameters import plant_of, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import EXACT_SAMPLING
+from pneumo.configuration.schema_parts import merged
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.selection.cylinder_template import TEMPLATE

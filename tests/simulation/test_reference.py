@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 
-from pneumo.configuration.parameters import merged, read_yaml, study, validated
+from pneumo.configuration.parameters import read_yaml, study, validated
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
+from pneumo.configuration.schema_parts import merged
 from pneumo.physics.cylinder import Side
 from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_array, model_dP_dt, temperature
 from pneumo.simulation.full_order import equilibrium, record
