@@ -76,12 +76,6 @@ def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_n
     assert error_of(BASE | {17: 1}, ("mine", {17: 1})).startswith("mine: 17 = 17: unknown key")
 
 
-@pytest.mark.parametrize("name", ["E 1", "1E", "", "a" * 41])
-def test_names_of_experiments(name):
-    text = complaint(f"experiments.{name}", BASE["experiments"]["E01"])
-    assert text.endswith(r": the name must be text of at most 40 letters, digits, _ and -, a letter first")
-
-
 @pytest.mark.parametrize(
     ("path", "line"),
     [
