@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 import traceback
+import tracemalloc
 from collections import Counter
 from pathlib import Path
 
@@ -136,6 +137,13 @@ def test_configuration(folder, mistake):
     assert_refused(folder, mistake)
 
 
+@pytest.mark.slow
+@trying(0.85)
+@given(mistake=bad_input.mistakes())
+def test_more_configurations(folder, mistake):
+    assert_refused(folder, mistake)
+
+
 @trying(0.15)
 @given(arguments=bad_input.command_lines())
 def test_command_line(folder, arguments):
@@ -192,6 +200,48 @@ def assert_foreign_file_is_refused(study, data):
 @given(data=st.data())
 def test_results_folder_with_foreign_files(study, data):
     assert_foreign_file_is_refused(study, data)
+
+
+@in_printed
+@pytest.mark.slow
+@trying(0.014)
+@given(data=st.data())
+def test_results_folder_with_more_foreign_files(study, data):
+    assert_foreign_file_is_refused(study, data)
+
+
+NO_NUMBERS = ["nan", "inf", "-1", "1.36", "1e999", "x", ""]
+NO_NAMES = ["../replay/E07", "/etc/passwd", "..", "E07/../E08", "", "E07.nc", "\0", "E" * 999]
+
+
+@in_printed
+@pytest.mark.parametrize(
+    ("kind", "cell", "words"),
+    [
+        *(("n", ("E07", "M8", n), ("n = ", "must be")) for n in NO_NUMBERS),
+        *(("experiment", (name, "M8", "1.35"), ("must be a name",)) for name in NO_NAMES),
+    ],
+)
+def test_neither_n_nor_names_leave_grid_and_folder(study, kind, cell, words):
+    tried[kind] += 1
+    assert_one_line(*run("paper", "explain", "--results", str(study), "--", *cell), *words)
+
+
+@pytest.mark.parametrize("text", [bad_input.LAUGHS, bad_input.MERGES, "x: " + "[" * 1_000])
+def test_small_files_do_not_become_large(folder, text):
+    (folder / "mine.yaml").write_text(text)
+    tracemalloc.start()
+    try:
+        assert_one_line(*run("check", "mine.yaml"), "nested" if "[[" in text else "anchor or alias")
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_key_given_twice_and_an_endless_file_are_refused(folder):
+    (folder / "mine.yaml").write_text("name: one\nname: two\n")
+    assert_one_line(*run("check", "mine.yaml"), "key 'name' is given twice")
+    assert_one_line(*run("check", "/dev/zero"), "not a regular file")
 
 
 def test_a_write_would_be_noticed(folder, monkeypatch):

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from invented_report import made, page, parts, unpacked_groups, verdict
+from invented_report import BYTES, made, page, parts, unpacked_groups, verdict
 from packed_traces import unpacked
 from page_checks import stands_alone
 from paper_study import STUDY as PAPER
@@ -70,3 +70,8 @@ def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict(
         badge = rf'class="badge {status}" href="verdict.html"[^>]*>.*?{re.escape(html.escape(symbol))}</span>'
         assert re.search(rf"{badge} {verdict()['counts'][status]} {status}</a>", page())
     assert "432 printed numbers" in page()
+
+
+@pytest.mark.results
+def test_the_papers_page_stays_below_its_bound(results):
+    assert BYTES / 2 < (results / "report.html").stat().st_size < 0.97 * BYTES  # with room for findings
