@@ -50,6 +50,15 @@ def test_a_straight_table_is_the_valve_without_one(curve):
     np.testing.assert_allclose(first.P_A, second.P_A, rtol=1e-4)
 
 
+def test_a_curve_is_that_of_the_table_through_both_paths_of_both_chambers():
+    at = plant(curve=CURVE, exhaust_ratio=1.2)
+    for u, C in ((1.5, 0.2025), (4, 0.84), (9, 1.47), (12, 1.5)):
+        for side in (0, 1):
+            assert C_of(at, u, 3e5, side) == pytest.approx([C, 0])
+            assert C_of(at, -u, 3e5, side) == pytest.approx([0, 1.2 * C])
+    assert C_of(at, 0, 3e5, 0) == [0, 0]
+
+
 def test_a_table_below_zero_changes_direction_where_it_is_zero_for_both_chambers():
     at = plant(curve={"u_V": [-10, 0.5, 10], "C_dm3_per_sbar": [1.2, 0, 1.5]})  # shut at 0.5 V
     assert C_of(at, 10, 3e5, 0) == pytest.approx([1.5, 0])  # supply to A
