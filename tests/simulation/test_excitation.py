@@ -22,6 +22,7 @@ from pneumo.simulation.excitation import (
     normal_deviates,
     reference_series,
     reversed_at,
+    reversed_late,
     sine_of_turns,
 )
 
@@ -178,3 +179,8 @@ def test_the_sequence_turns_where_the_piston_is_driven_further_out(x, reference,
 def test_sign_is_forced_from_exactly_96_per_cent_on(side, reference):
     assert command(reference, side * 0.048, OPEN) == -side * 0.5
     assert command(reference, side * np.nextafter(0.048, 0), OPEN) == reference
+
+
+def test_a_reversal_is_recorded_late_by_a_fraction_of_a_sample_and_a_new_draw_at_once():
+    u, draws = np.array([2.0, -2, -2, -3, 3]), np.array([2.0, 2, 2, 3, 3])
+    assert reversed_late(u, draws, 0.25).tolist() == [2, -1, -2, -3, 1.5]
