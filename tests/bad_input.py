@@ -10,10 +10,11 @@ import pytest
 import yaml
 from hypothesis import strategies as st
 
-from pneumo.configuration.parameters import merged, study, validated
+from pneumo.configuration.parameters import study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import allowed, named_sections, resolved
+from pneumo.configuration.schema_parts import merged
 from pneumo.errors import ConfigurationError
 
 PAPER = Path(__file__).parents[1] / "config" / "paper.yaml"

@@ -1,6 +1,5 @@
 """The public names of the package."""
 
-import ast
 import inspect
 import subprocess
 import sys
@@ -21,16 +20,6 @@ def test_dir_shows_the_public_names_and_each_is_there():
     with pytest.raises(AttributeError, match="module 'pneumo' has no attribute 'simulat'"):
         _ = pneumo.simulat
     assert pneumo.__version__ == version("pneumo")
-
-
-def test_type_checkers_see_the_public_names():
-    nodes = ast.walk(ast.parse((ROOT / "pneumo/__init__.py").read_text(encoding="utf-8")))
-    imports = [node for node in nodes if isinstance(node, ast.ImportFrom) and "pneumo." in str(node.module)]
-    # Only `from a import b as b` is a public name for them.
-    assert all(alias.asname == alias.name for node in imports for alias in node.names)
-    names = {alias.name: node.module for node in imports for alias in node.names}
-    assert names == pneumo._MODULE_OF and {*names, "__version__"} == set(pneumo.__all__)
-    assert (ROOT / "pneumo/py.typed").exists()
 
 
 def test_import_loads_neither_numpy_nor_xarray_and_errors_have_one_base():

@@ -71,15 +71,6 @@ def test_a_run_that_does_not_fail_and_a_study_in_which_everything_did():
     assert bool(table[["mse", "std", "p10", "best_n"]].isnull().all().to_array().all())
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
-def test_the_first_bad_state_counts(value):
-    states = np.ones((10, 6))
-    states[7:, 3], states[4, 5] = np.nan, value
-    assert failure(states) == (NOT_POSITIVE if np.isfinite(value) else DIVERGED, 4)
-    states[:, :2] = -1.0  # position and velocity may be negative
-    assert failure(states)[1] == 4
-
-
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_settling_run_that_fails_has_no_settling_times(name):
     run = settle(broken(name))

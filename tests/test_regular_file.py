@@ -1,6 +1,5 @@
 """Files that others made: only a regular file of a known size is read, wherever it is named."""
 
-import errno
 import os
 
 import pytest
@@ -8,7 +7,7 @@ from netCDF4 import Dataset
 
 from pneumo.errors import InputError
 from pneumo.regular_file import regular_file
-from pneumo.storage.files import atomic, output_folder, read, write_text
+from pneumo.storage.files import atomic, output_folder, write_text
 from pneumo.storage.kept_evidence import evidence_file
 from pneumo.storage.seal import seal
 
@@ -38,16 +37,6 @@ def test_a_pipe_or_a_device_is_refused_at_once(inside, tmp_path, arguments, endl
     assert (code, out) == (2, "") and len(err.splitlines()) == 1 and "not a regular file" in err
 
 
-def test_an_error_while_reading_or_writing_names_the_file(tmp_path):
-    file = tmp_path / "verdict.json"
-    file.write_text("{}")
-    failing = OSError(errno.EIO, os.strerror(errno.EIO))  # as `read` and `write` of the system raise it
-    for opened in (regular_file(file, 10), atomic(file)):
-        with pytest.raises(OSError, match=r"Input/output error: '.*/verdict\.json'$"), opened:
-            raise failing
-    assert [path.name for path in tmp_path.iterdir()] == ["verdict.json"]
-
-
 @pytest.mark.parametrize("name", ["fleet.nc", "fleet.json"])
 def test_so_is_a_pipe_among_results(inside, tmp_path, name):
     os.mkfifo(tmp_path / name)
@@ -73,16 +62,6 @@ def test_a_small_file_that_would_fill_the_memory_is_refused_before_it_is_loaded(
     inside("init")
     code, _, err = inside("fit", "record.nc", "--config", "cylinder.yaml")
     assert code == 2 and len(err.splitlines()) == 1
-
-
-def test_a_variable_that_is_not_read_may_be_large(tmp_path):
-    with Dataset(tmp_path / "a.nc", "w") as file:
-        file.source = "pneumo: numerical simulation"
-        file.createDimension("a", 2_000_000_000)
-        file.createVariable("unread", "f8", ("a",), zlib=True)
-        file.createVariable("read", "f8")[:] = 1.0
-    seal(tmp_path / "a.nc", ".nc")
-    assert read(tmp_path / "a.nc", "read")["read"] == 1.0
 
 
 def test_a_link_prepared_under_the_name_of_a_temporary_file_is_not_followed(tmp_path):

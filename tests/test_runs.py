@@ -1,8 +1,5 @@
 """Use in code: plants, full-order runs and replays by the names that the package gives at the top."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -115,10 +112,3 @@ def test_bad_plants_are_refused(changes, words):
     options = {"cylinder": CYLINDER, "k_xu": 1e-7, "u_max": 10.0, "P_s": 7e5, "k_0": 0.5} | changes
     with pytest.raises(InputError, match=words):
         pneumo.plant(options.pop("cylinder"), **options)
-
-
-def test_strategies_without_hypothesis_name_it():
-    code = "import sys; sys.modules['hypothesis'] = None; import pneumo.testing"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    last = "ImportError: pneumo.testing needs Hypothesis: install pneumo[testing]"
-    assert done.stderr.splitlines()[-1] == last

@@ -5,7 +5,6 @@ import shutil
 import subprocess
 
 import pytest
-import yaml
 from checkout import ROOT
 
 pytestmark = pytest.mark.skipif(not shutil.which("make"), reason="make is not installed")
@@ -50,7 +49,3 @@ def test_a_path_may_have_quotes_and_spaces(tmp_path):
     (folder / ".venv/.study").touch()
     done = make(folder, "reproduce", "JOBS=3")
     assert f"{folder}/.venv: -j3" in done.stdout.splitlines(), done.stderr
-
-
-def test_runs_take_a_scheduler_that_needs_no_temporary_files():
-    assert yaml.safe_load((ROOT / "profiles/default/config.yaml").read_text())["scheduler"] == "greedy"

@@ -142,8 +142,10 @@ def export(
     from pneumo.errors import InputError
     from pneumo.export import exported, write_files
 
-    suffix = {"c": ".c", "st": ".st", "fmu": ".fmu"}.get(to)
-    if suffix and (output is None or output.suffix != suffix):
+    if to == "simulink" or (output and output.suffix == ".slx"):
+        raise InputError("Simulink imports an FMU: use --to fmu --output FILE.fmu, and the block FMU Import")
+    suffix = {"c": ".c", "st": ".st", "fmu": ".fmu", "matlab": ".m", "casadi": ".py"}.get(to)
+    if suffix and (to in ("c", "st", "fmu") if output is None else output.suffix != suffix):
         raise InputError(f"--to {to}: needs --output FILE{suffix}")
     check_index(model, n)
     plant, dynamics = configured_rig(config, cylinder, k0, trust)
@@ -164,6 +166,8 @@ def export(
         return typer.echo("".join(text.decode() for text in files.values()), nl=False)
     first, *rest = files
     names = {first: output.name} | {name: name for name in rest}
+    if not output.parent.exists():
+        typer.echo(f"{output.parent}: new folder")
     write_files({names[name]: content for name, content in files.items()}, output.parent)
     moving = piston or observer is not None
     chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import dotted, resolved
+from pneumo.configuration.schema_parts import merged
 from pneumo.configuration.text_file import NUMBER, csv_rows, read_text
 from pneumo.errors import ConfigurationError, printable, shown
 from pneumo.regular_file import regular_file
@@ -97,7 +98,7 @@ def with_table(
             full = experiment_name(cylinder, name)
             if full in experiments:
                 raise ConfigurationError(f"{table.file}: two experiments would have the name {full}")
-            experiments[full] = {**template, "cylinder": cylinder, **table.of_experiments[cylinder]}
+            experiments[full] = merged(template, {"cylinder": cylinder, **table.of_experiments[cylinder]})
     result["experiments"] = experiments
     if isinstance(run, Mapping) and isinstance(run.get("experiments"), list):
         chosen = [experiment_name(cylinder, name) for cylinder in cylinders for name in run["experiments"]]

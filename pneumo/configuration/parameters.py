@@ -27,21 +27,12 @@ from pneumo.configuration.schema import (
     ValveSection,
 )
 from pneumo.configuration.schema_messages import Written, error_line
+from pneumo.configuration.schema_parts import merged
 from pneumo.configuration.signal_file import read_column
 from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, exact_gas, sonic_coefficient
-
-
-def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, Any]:
-    """Copy of `base` in which keys of `override` replace its own; sections are merged key by key."""
-    result = dict(base)
-    for key, value in override.items():
-        inner = result.get(key)
-        both = isinstance(value, Mapping) and isinstance(inner, Mapping)
-        result[key] = merged(inner, value) if both else value  # type: ignore[arg-type]
-    return result
 
 
 def validated(

@@ -1,7 +1,7 @@
 """Parts of the schema: kinds of numbers, sections with one key of two, and errors of conflicting values."""
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -43,6 +43,27 @@ def conflict(value: Any, condition: str, *fields: tuple[str, ...]) -> PydanticCu
     """Error for a value that conflicts with others; `fields` are their paths, first that of the value."""
     context = {"value": value, "condition": condition, "fields": fields}
     return PydanticCustomError("conflict", "{condition}", context)
+
+
+# Keys of one section of which it may have only one.
+ALTERNATIVES = (("k_0_W_per_K", "lambda_0_W_per_m2K"), ("amplitude_mm", "variance_m2"))
+
+
+def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, Any]:
+    """Copy of `base` in which keys of `override` replace its own; sections are merged key by key.
+
+    A key replaces its alternative too: k_0_W_per_K a lambda_0_W_per_m2K of `base`.
+    """
+    result = dict(base)
+    for pair in ALTERNATIVES:
+        for key, other in (pair, pair[::-1]):
+            if override.get(key) is not None and other not in override:
+                result.pop(other, None)
+    for key, value in override.items():
+        inner = result.get(key)
+        both = isinstance(value, Mapping) and isinstance(inner, Mapping)
+        result[key] = merged(inner, value) if both else value  # type: ignore[arg-type]
+    return result
 
 
 class Section(BaseModel):

@@ -266,9 +266,9 @@ def acts_early(problem: Problem, estimate: Estimate) -> bool:
 
 
 def early_notes(problem: Problem, estimate: Estimate) -> list[str]:
-    """Note on a valve that acts less than a sample before its command was logged."""
+    """Note on a valve that surely acts, but less than a sample, before its command was logged."""
     value, period = estimate.values.get("dead_time", 0.0), problem.signals.period
-    if not (acts_early(problem, estimate) and value > -period):
+    if not (estimate.high.get("dead_time", np.nan) < 0 and value > -period):
         return []
     return [
         f"the valve acts {1e3 * -value:.2g} ms before its command was logged, less than a sample of"

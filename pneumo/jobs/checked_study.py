@@ -9,8 +9,9 @@ from typing import Any
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.known_within import known_within
-from pneumo.configuration.parameters import Sources, merged, read_yaml, study, validated
+from pneumo.configuration.parameters import Sources, read_yaml, study, validated
 from pneumo.configuration.plausible_cylinders import checked
+from pneumo.configuration.schema_parts import merged
 from pneumo.errors import ConfigurationError, as_lines
 
 BASE = Path("config/paper.yaml")

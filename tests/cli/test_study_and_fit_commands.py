@@ -1,7 +1,5 @@
 """Commands that compute: `pneumo study`, `pneumo fit` and what follows from them."""
 
-import errno
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -29,14 +27,6 @@ def test_init_then_study(inside, tmp_path):
     options = ["--experiment", "open", "--seeds", 1, "-o", "one"]
     code, out, _ = inside("study", "cylinder.yaml", "quick.yaml", *options)
     assert code == 0 and "mine: open, 1 runs each" in out and (tmp_path / "one" / "study.nc").exists()
-
-
-def test_the_command_that_follows_names_the_k_0_of_what_was_studied(inside, tmp_path):
-    inside("init")
-    other = "experiments: {closed: {k_0_W_per_K: 0.5, signal: {kind: steps, levels: [1, -1], hold_s: 0.1}}}\n"
-    (tmp_path / "quick.yaml").write_text(QUICK + other)
-    code, out, _ = inside("study", "cylinder.yaml", "quick.yaml", "--experiment", "closed")
-    assert code == 0 and "Next: pneumo export " in out and " --k0 0.5 " in out
 
 
 def test_a_configuration_begins_with_another_as_it_is_if_it_is_one(inside, tmp_path):
@@ -184,15 +174,3 @@ def test_what_was_fitted_is_studied_linearised_and_exported(inside, tmp_path):
     assert code == 0, err
     k_xu = next(line for line in out.splitlines() if line.strip().startswith("k_xu"))
     assert float(k_xu.split("=")[1].split(";")[0]) == pytest.approx(estimates["k_xu"], rel=1e-5)
-
-
-def test_a_disk_that_fills_up_is_one_line(inside, tmp_path, monkeypatch):
-    def full(*_arguments, **_options):
-        raise OSError(errno.ENOSPC, "No space left on device", "study-cylinder-quick/study.nc.part")
-
-    inside("init")
-    (tmp_path / "quick.yaml").write_text(QUICK)
-    monkeypatch.setattr("pneumo.publish.pages.study_page.save_cells", full)
-    code, _, err = inside("study", "cylinder.yaml", "quick.yaml", "--experiment", "open", "--seeds", 1)
-    line = "pneumo: study-cylinder-quick/study.nc.part: No space left on device"
-    assert (code, err.splitlines()[-1]) == (2, line)

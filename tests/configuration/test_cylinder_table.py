@@ -5,10 +5,9 @@ import json
 import pytest
 import yaml
 
-from pneumo.configuration import cylinder_table
 from pneumo.configuration.parameters import load, study
-from pneumo.errors import ConfigurationError, InputError
-from pneumo.selection.cylinder_template import TEMPLATE, write_table_template
+from pneumo.errors import ConfigurationError
+from pneumo.selection.cylinder_template import TEMPLATE
 
 HEAD = "name,bore_mm,stroke_mm,mass_kg,friction_Ns_per_m,k_x_k_u_m2_per_V,u_max_V,seed,sample_time_s"
 HEAD += ",open_loop.amplitude_V,open_loop.reverse_at"
@@ -120,31 +119,3 @@ def test_mistakes_of_the_configuration_are_named_where_they_are_written(fleet):
     twice = {"slow": SLOW, "b-slow": dict(SLOW)}
     file = fleet(f"a,{ROW}", f"a-b,{ROW}", experiments=twice, run={})
     assert "would have the name a-b-slow" in refusal(file)
-
-
-def test_a_file_that_cannot_be_read_or_is_too_large(fleet, monkeypatch):
-    assert "cylinders = 'none.csv': cannot be read" in refusal(fleet(cylinders="none.csv"))
-    assert "cylinders = 'fleet.csv': cannot be read" in refusal(fleet(f"é,{ROW}", encoding="latin-1"))
-    monkeypatch.setattr(cylinder_table, "LARGEST_TABLE", 100)
-    assert "is too large: at most 100 bytes" in refusal(fleet(f"a,{ROW}"))
-
-
-def test_the_size_of_a_block_is_no_part_of_what_is_computed(fleet):
-    hashes = {study(load(fleet(f"a,{ROW}", run={"block_size": size}))).config_sha256 for size in (1, 50)}
-    assert len(hashes) == 1
-    assert "run.block_size = 0" in refusal(fleet(f"a,{ROW}", run={"block_size": 0}))
-
-
-def test_the_table_to_begin_with_holds_what_the_section_holds(tmp_path):
-    table = write_table_template(tmp_path / "fleet.yaml")
-    from_table, plain = study(load(tmp_path / "fleet.yaml")), study(load(TEMPLATE))
-    assert table == tmp_path / "fleet.csv"
-    first = plain.experiments["open"]
-    assert from_table.experiments["first-open"] == first._replace(name="first-open", cylinder="first")
-    assert from_table.experiments["second-closed"].plant.cylinder.stroke == 0.08
-    with pytest.raises(InputError, match=r"fleet\.yaml: already exists"):
-        write_table_template(tmp_path / "fleet.yaml")
-    (tmp_path / "fleet.yaml").unlink()
-    with pytest.raises(InputError, match=r"fleet\.csv: already exists"):
-        write_table_template(tmp_path / "fleet.yaml")
-    assert not (tmp_path / "fleet.yaml").exists()

@@ -8,7 +8,6 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pneumo.configuration import cylinder_table
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import ConfigurationError
 from pneumo.selection.cylinder_template import write_table_template
@@ -62,16 +61,6 @@ def test_the_same_fleet_is_the_same_study(written, columns):
     assert study(load("parquet.yaml")) == study(load("fleet.yaml"))
 
 
-def test_a_null_leaves_a_key_out_as_an_empty_cell_does(written):
-    written(k_0_W_per_K=["catalogue", "0.5"])
-    plants = {name: e.plant for name, e in study(load("parquet.yaml")).experiments.items()}
-    assert plants["first-open"].k_0 != plants["second-open"].k_0 == 0.5
-    written(rod_mm=lambda t: [None, t.rod_mm[1]])
-    experiments = study(load("parquet.yaml")).experiments
-    without, rodded = (experiments[name].plant.cylinder for name in ("first-open", "second-open"))
-    assert without.A_A == without.A_B == rodded.A_A > rodded.A_B
-
-
 @pytest.mark.parametrize("name", ["fleet[1]*.parquet", "FLEET.PARQUET", "k=1/fleet.parquet"])
 def test_a_path_is_a_path_and_no_pattern(written, name):
     Path("k=1").mkdir()
@@ -99,11 +88,6 @@ def test_a_mistake_is_one_line_with_row_and_column(written, columns, words):
     assert words in refusal()
 
 
-def test_a_table_without_rows(written):
-    written(rows=slice(0))
-    assert refusal() == "fleet.parquet: has no rows below the names of its columns"
-
-
 def test_a_file_that_cannot_be_read(written):
     written()
     whole = Path("fleet.parquet").read_bytes()
@@ -116,19 +100,6 @@ def test_a_file_that_cannot_be_read(written):
     written("fleet.parquet/one.parquet")
     name_it()
     assert "cannot be read: [Errno 21] Is a directory" in refusal()
-
-
-def test_a_table_that_is_larger_than_its_file_is_refused_while_it_is_read(written, monkeypatch):
-    added = []
-    monkeypatch.setattr(cylinder_table, "_add_row", lambda *row: added.append(row))
-    monkeypatch.setattr(cylinder_table, "LARGEST_TABLE", 1_000_000)
-    problem = "must have at most 1000000 bytes when written as text"
-    for repeated, column in (([0] * 100_000, {}), ([0] * 3000, {"name": "a" * 1000})):
-        added.clear()
-        written(rows=repeated, **column)
-        assert Path("fleet.parquet").stat().st_size < 50_000  # each value once, and how often
-        assert refusal() == f"parquet.yaml: cylinders = 'fleet.parquet': {problem}"
-        assert len(added) < 1000
 
 
 def test_without_pyarrow_one_line_says_what_to_install(tmp_path, monkeypatch):

@@ -8,7 +8,8 @@ import pytest
 import yaml
 from bad_input import BASE, PAPER, changed, complaint, error_of
 
-from pneumo.configuration.parameters import load, merged
+from pneumo.configuration.parameters import load
+from pneumo.configuration.schema_parts import merged
 from pneumo.errors import ConfigurationError
 
 NAMES = [f"E{j:02d}" for j in range(1, 17)]
@@ -73,12 +74,6 @@ def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_n
     line = error_of(merged(BASE, override), ("mine", override))
     assert line.startswith("mine: experiments.17 = 17: the name must be text")
     assert error_of(BASE | {17: 1}, ("mine", {17: 1})).startswith("mine: 17 = 17: unknown key")
-
-
-@pytest.mark.parametrize("name", ["E 1", "1E", "", "a" * 41])
-def test_names_of_experiments(name):
-    text = complaint(f"experiments.{name}", BASE["experiments"]["E01"])
-    assert text.endswith(r": the name must be text of at most 40 letters, digits, _ and -, a letter first")
 
 
 @pytest.mark.parametrize(

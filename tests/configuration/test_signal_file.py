@@ -1,12 +1,9 @@
 """Columns of CSV files: what is read, and one line for what cannot be."""
 
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pneumo.configuration import signal_file
 from pneumo.configuration.signal_file import read_column
 from pneumo.errors import ConfigurationError
 
@@ -48,20 +45,3 @@ def test_bad_files(tmp_path, content, line):
     with pytest.raises(ConfigurationError) as error:
         read_column(file, "u", "here")
     assert line in str(error.value) and str(error.value).isprintable()
-
-
-def test_limits_of_size(tmp_path, monkeypatch):
-    file: Path = tmp_path / "a.csv"
-    file.write_text("u\n1\n2\n3\n")
-    monkeypatch.setattr(signal_file, "MOST_ROWS", 3)
-    assert len(read_column(file, "u", "here")) == 3
-    monkeypatch.setattr(signal_file, "MOST_ROWS", 2)
-    with pytest.raises(ConfigurationError, match="must have at most 2 rows"):
-        read_column(file, "u", "here")
-    monkeypatch.setattr(signal_file, "LARGEST_SIGNAL_FILE", 7)
-    with pytest.raises(ConfigurationError, match="at most 7 bytes"):
-        read_column(file, "u", "here")
-    monkeypatch.undo()
-    endless = r"^x\.file = '/dev/zero': cannot be read: not a regular file$"
-    with pytest.raises(ConfigurationError, match=endless):
-        read_column(Path("/dev/zero"), "u", "x")

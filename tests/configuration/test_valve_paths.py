@@ -7,9 +7,10 @@ import pytest
 from bad_input import error_of
 
 import pneumo
-from pneumo.configuration.parameters import merged, plant_of, validated
+from pneumo.configuration.parameters import plant_of, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import EXACT_SAMPLING
+from pneumo.configuration.schema_parts import merged
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -64,6 +65,9 @@ def test_a_table_below_zero_changes_direction_where_it_is_zero_for_both_chambers
     assert C_of(at, -10, 3e5, 1) == pytest.approx([0, 1.5])  # and B, whose own command is -u, to exhaust
     assert C_of(at, 0.0, 3e5, 0) == pytest.approx([0, 1.2 * 0.5 / 10.5])
     assert C_of(at, -0.0, 3e5, 1) == pytest.approx([1.2 * 0.5 / 10.5, 0])
+    at = plant(curve={"u_V": [-10, 0.2, 0.5, 10], "C_dm3_per_sbar": [1.2, 0.4, 0, 1.5]})
+    assert C_of(at, 0.2, 3e5, 0) == pytest.approx([0, 0.4])
+    assert C_of(at, -0.2, 3e5, 1) == pytest.approx([0.4, 0])
 
 
 def test_each_path_has_its_own_conductance_and_critical_ratio():

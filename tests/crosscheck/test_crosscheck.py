@@ -6,8 +6,7 @@ import pytest
 from brief import in_brief
 
 from paper.study.paper_2006.paper_models import PAPER_MODELS
-from pneumo.configuration.parameters import read_yaml
-from tests.crosscheck.octave import CONFIG, EXPERIMENTS, OCTAVE, TOLERANCE, compared, largest, numbers, worst
+from tests.crosscheck.octave import EXPERIMENTS, OCTAVE, TOLERANCE, compared, largest, worst
 
 BRIEF = (EXPERIMENTS[0], 0.25)
 
@@ -27,11 +26,3 @@ def test_a_difference_is_found_and_dated():
     theirs = ours.copy()
     theirs[1, 3] += 1
     assert largest(theirs - ours, ours, 1e-3) == {"largest_relative_difference": 0.25, "t_s": 0.003}
-
-
-def test_octave_reads_numbers_of_the_configuration_only():
-    config = read_yaml(CONFIG)
-    given = {name: numbers(config, name, 1.0) for name in EXPERIMENTS}
-    assert (given["E13"]["closed_loop"], given["E14"]["closed_loop"]) == (0, 1)
-    assert given["E13"]["amplitude"] == config["cylinders"]["D"]["open_loop"]["amplitude_V"]
-    assert all(np.isfinite(float(value)) for row in given.values() for value in row.values())

@@ -218,7 +218,7 @@ def test_command_writes_or_prints_the_source(export, plant, tmp_path):
         ({"to": "fmu"}, "--to fmu: needs --output FILE.fmu"),
         ({"to": "st"}, "--to st: needs --output FILE.st"),
         ({"config": "config/none.yaml"}, "config/none.yaml"),
-        ({"to": "casadi", "output": "."}, ": is a folder"),
+        ({"to": "casadi", "output": "."}, "--to casadi: needs --output FILE.py"),
         ({"output": "file/out.c"}, "file/out.c: cannot be written"),
     ],
 )

@@ -113,6 +113,8 @@ def test_bounds_vague_intervals_and_unlikely_values_are_doubted(sound):
     quarter = found._replace(values=found.values | {"dead_time": -2.5e-4}, high={"dead_time": -2e-4})
     assert not any("--command" in text for text in parameter_warnings(problem, quarter))
     assert "0.25 ms before its command" in early_notes(problem, quarter)[0]
+    clock = found._replace(values=found.values | {"dead_time": -9e-5}, high={"dead_time": -8e-5})
+    assert "0.09 ms before its command" in early_notes(problem, clock)[0]
     assert early_notes(problem, found) == []
 
 

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 
-from pneumo.configuration.parameters import merged, read_yaml
+from pneumo.configuration.parameters import read_yaml
+from pneumo.configuration.schema_parts import merged
 from pneumo.jobs.checked_study import as_written, checked_study, results_folder, without_trust
 
 

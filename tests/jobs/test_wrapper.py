@@ -4,7 +4,6 @@ import errno
 import inspect
 import os
 import pkgutil
-import re
 import signal
 import subprocess
 import sys
@@ -15,11 +14,10 @@ import pytest
 from snakemake.iocontainers import InputFiles, OutputFiles, Params, Wildcards
 from workflow_scripts import SCRIPTS, script
 
-from pneumo.errors import DamagedError, ResultError, RunError
+from pneumo.errors import ResultError, RunError
 from pneumo.jobs.run_lock import RUN, RUN_LOCK
 from pneumo.jobs.wrapper import run_job
 from pneumo.selection.cylinder_template import write_table_template
-from pneumo.storage import kept_evidence
 
 
 @pytest.fixture
@@ -48,20 +46,6 @@ def failing(error):
     return main
 
 
-def test_main_takes_paths_and_parameters_by_their_names_and_is_called_by_snakemake_alone(job):
-    job.output._set_name("runs", 0, end=2)  # as Snakemake names a list
-    taken = {}
-
-    def main(first, runs, parameters, threads, code):
-        taken.update(first=first, runs=runs, parameters=parameters, threads=threads, code=code)
-
-    run_job(main, {"snakemake": job})
-    files = {"runs": [Path("one.nc"), Path("two.nc")], "parameters": Path("parameters.json")}
-    assert taken == files | {"first": "020", "threads": 2, "code": "abc"}
-    assert re.fullmatch(r"rule: \d+\.\d\d s\n", log_of(job))
-    run_job(failing(AssertionError), {"__name__": "script"})
-
-
 def loaded(monkeypatch, cache, *configs):
     """The workflow that Snakemake reads in the checkout."""
     from snakemake.api import SnakemakeApi  # half a second, which no other test needs
@@ -73,25 +57,6 @@ def loaded(monkeypatch, cache, *configs):
     with SnakemakeApi() as api:
         settings = ResourceSettings(cores=1), ConfigSettings(configfiles=list(configs))
         return api.workflow(*settings, snakefile=Path("Snakefile"))._workflow
-
-
-OF_2006 = {
-    name: f"paper/2006/published/{name}.csv" for name in ("table2", "table4", "table5", "table7", "table9")
-}
-READ = {  # by rules, without an argument of that name
-    "verdict": ["paper/2006/doubts.yaml", "paper/2006/head.html.j2"],
-    "figures": [OF_2006["table7"], OF_2006["table9"]]
-    + [f"paper/2006/published/figure{figure}.csv" for figure in ("7_traces", "9", "10", "11")],
-    "simulated_example": [OF_2006["table2"], OF_2006["table4"]],
-    "verdict_2007": ["paper/2007/published/quoted.csv"],
-}
-
-
-def test_rules_list_the_printed_tables_and_texts_that_their_scripts_read(monkeypatch, tmp_path):
-    rules = {rule.name: rule for rule in loaded(monkeypatch, tmp_path).rules}
-    for name, files in READ.items():
-        assert set(files) <= set(rules[name].input), name
-    assert "paper/evidence/seed_sets.nc" in rules["verdict"].input
 
 
 def test_every_rule_gives_its_script_what_it_takes(monkeypatch, tmp_path):
@@ -108,11 +73,6 @@ def test_every_rule_gives_its_script_what_it_takes(monkeypatch, tmp_path):
     assert {Path(rule.script).name for rule in rules} == {file.name for file in SCRIPTS.glob("*.py")}
     for drawn in workflow.globals["DRAWN"].values():
         assert callable(pkgutil.resolve_name(drawn["draw"]))
-
-
-def test_scripts_are_short():
-    lengths = {file.name: len(file.read_text(encoding="utf-8").splitlines()) for file in SCRIPTS.glob("*.py")}
-    assert {name for name, length in lengths.items() if length > 30} == set()  # as CONTRIBUTING.md says
 
 
 FULL = OSError(errno.ENOSPC, "no space left on device")
@@ -132,44 +92,6 @@ def test_an_error_to_mend_is_one_line_and_exit_2(job, error, capsys):
     assert end.value.code == 2
     assert capsys.readouterr().err == f"pneumo: {error}\n"
     assert log_of(job) == f"{error}\n"
-
-
-def test_any_other_error_is_in_the_log_whatever_its_letters(job, capsys):
-    with pytest.raises(ZeroDivisionError):
-        run_job(failing(ZeroDivisionError()), {"snakemake": job})
-    assert "Traceback" in log_of(job)
-    sys.stderr.reconfigure(errors="backslashreplace")  # as Python's own is
-    with pytest.raises(SystemExit):
-        run_job(failing(ResultError("Kolben\udce4.nc: broken")), {"snakemake": job})  # a byte of a path
-    assert log_of(job) == "Kolben\\udce4.nc: broken\n"
-
-
-def test_a_damaged_file_is_removed_and_a_full_log_is_one_line(job, run_folder, capsys, monkeypatch):
-    (run_folder / "E01.nc").write_text("spoilt")
-    with pytest.raises(SystemExit):
-        run_job(failing(DamagedError(Path("E01.nc"), "damaged")), {"snakemake": job})
-    assert not (run_folder / "E01.nc").exists()
-    assert "E01.nc: damaged; removed, the next run makes it again" in capsys.readouterr().err
-
-    def full(*_arguments, **_options):
-        raise FULL
-
-    monkeypatch.setattr(Path, "write_text", full)
-    with pytest.raises(SystemExit) as end:
-        run_job(lambda: None, {"snakemake": job})
-    assert end.value.code == 2 and capsys.readouterr().err == f"pneumo: {FULL}\n"
-
-
-def test_damaged_kept_evidence_stays_for_git_to_restore(job, run_folder, capsys, monkeypatch):
-    monkeypatch.setattr(kept_evidence, "KEPT", run_folder.resolve() / "paper/evidence")
-    kept = run_folder / "paper/evidence/power.nc"
-    kept.parent.mkdir(parents=True)
-    kept.write_text("spoilt")
-    with pytest.raises(SystemExit):
-        run_job(failing(DamagedError(Path("paper/evidence/power.nc"), "damaged")), {"snakemake": job})
-    assert kept.exists()
-    line = "pneumo: paper/evidence/power.nc: damaged; `git checkout paper/evidence` restores it\n"
-    assert capsys.readouterr().err == line
 
 
 BUSY = """

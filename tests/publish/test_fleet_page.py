@@ -1,17 +1,14 @@
 """Index page of a fleet: its numbers, its size, and the table in a browser."""
 
-import json
-import re
-
 import numpy as np
 import pytest
 import xarray as xr
-from page_checks import assert_fit_for_a_phone, assert_quiet, assert_readable, in_chromium, stands_alone
-from ranked_cells import LEVEL, answered, made
+from page_checks import assert_fit_for_a_phone, assert_quiet, assert_readable, in_chromium
+from ranked_cells import answered, made
 
-from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows, regrets
+from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows
 from pneumo.selection.answer import Answer
-from pneumo.selection.fleet import UNDECIDED, answer_dataset, together
+from pneumo.selection.fleet import answer_dataset, together
 from pneumo.statistics.ranking import Ranking
 from pneumo.statistics.robust_choice import FULL_ORDER
 
@@ -62,40 +59,6 @@ def test_the_best_model_is_that_of_the_lowest_worst_case(index):
     assert row["its worst RMS (kPa)"] == pytest.approx(robust.worst / 1e3, rel=1e-3)
 
 
-def test_models_that_runs_do_not_distinguish_are_named():
-    level = LEVEL | {"M7": 3.02, "M8": 3.0, "M9": 9.0, "M10": 9.0}
-    cells = made(level, noise=0.3, full=1e3)
-    assert answer_dataset(answered(cells))["tied"].item() == "M8"
-    alone = answered(made(runs=1))
-    assert answer_dataset(alone)["tied"].item() == UNDECIDED
-
-
-def test_regret_of_one_model_for_all_is_over_the_lowest_worst_case_of_each_cylinder(index):
-    of_two = index.isel(cylinder=[0, 1])
-    worst = of_two["worst_rms"].transpose("cylinder", "model").values
-    worst = np.column_stack([worst, of_two["worst_rms_of_full_order"].values])
-    rows = {row.model: row for row in regrets(index)}
-    assert list(rows) == sorted(rows, key=lambda model: rows[model].nine_in_ten)
-    assert len(rows) == worst.shape[1]
-    for model, column in zip([*index["model"].values, FULL_ORDER], worst.T, strict=True):
-        over = column / worst.min(axis=1)
-        assert rows[model].most == pytest.approx(over.max())
-        assert rows[model].most_at == ("c1", "c2")[over.argmax()]
-        assert rows[model].enough == (over**2 <= 1.1).sum()
-    first = next(iter(rows.values()))
-    assert f"whole plant, each cylinder at its own n: {first.model}, whose" in fleet_page("plant", index)
-    assert regrets(index.isel(cylinder=[2])) == []
-
-
-def test_the_page_holds_its_rows_and_stands_alone(index):
-    page = fleet_page("<plant>", index)
-    stands_alone(page)
-    data = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
-    assert [tuple(row) for row in json.loads(data[1])] == fleet_rows(index)
-    assert "1 of 3 cylinders have no recommendation" in page and "<plant>" not in page
-    assert page == fleet_page("<plant>", index)
-
-
 def test_ten_thousand_cylinders_make_a_page_of_at_most_5_MB(index):
     names = [f"cylinder-with-a-long-name-{i:05}" for i in range(10_000)]
     many: xr.Dataset = index.isel(cylinder=[0, 1] * 5000).assign_coords(cylinder=names)
@@ -132,20 +95,6 @@ def test_the_table_sorts_and_filters(index, visit, tmp_path):
     assert browser.run(NAMES) == "c1"
     assert_readable(browser, least=20)
     assert_quiet(browser, file)
-
-
-@in_chromium
-@pytest.mark.xdist_group("chromium")
-def test_a_long_table_is_drawn_in_parts(index, visit, tmp_path):
-    file = tmp_path / "fleet.html"
-    many = index.isel(cylinder=[0] * 450).assign_coords(cylinder=[f"c{i}" for i in range(450)])
-    file.write_text(fleet_page("plant", many), encoding="utf-8")
-    drawn = "document.querySelectorAll('#fleet tbody tr').length"
-    browser = visit(file)
-    assert browser.run(drawn) == 200
-    browser.run("element('more').click()")
-    browser.run("element('more').click()")
-    assert browser.run(drawn) == 450 and browser.run("element('more').hidden")
 
 
 @pytest.mark.slow

@@ -19,14 +19,12 @@ from paper.study.figures.traces_figure import mse_over_n, time_traces
 from paper.study.paper_2006.printed_tables import table7, table9, traces_of_fig_7, with_percentiles
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.panels import symbol
-from pneumo.publish.model_looks import TRACED_MODELS
 from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, TYPE_SIZE, drawn_for, paper_style
 from pneumo.statistics.averages import statistics
 
 EXPERIMENTS = ["E06", "E12"]
 LEVELS = {"adiabatic": ["E06"], "typical": ["E06", "E12"], "isothermal": []}
 N = [1.0, 1.2, 1.4]
-SAMPLINGS = ["published", "exact"]
 
 
 def a_grid(factor: float) -> xr.Dataset:
@@ -133,14 +131,6 @@ def test_bars_are_as_high_as_the_results(name, models):
         np.testing.assert_array_equal(bars[label], mse.reindex(model=models))
 
 
-def test_dots_of_fig08_are_errors_over_the_printed_ones():
-    dots = DRAW["fig08"]().axes[1].lines[:-1]
-    printed = table7()["mse"].reindex(model=list(MODELS))
-    for line, sampling in zip(dots, ("published", "exact"), strict=True):
-        mse = STATISTICS[sampling]["mse"].sel(level="overall").reindex(model=list(MODELS))
-        np.testing.assert_array_equal(line.get_ydata(), mse / printed)
-
-
 @pytest.mark.parametrize(
     ("name", "panel", "model", "ends"),
     [
@@ -158,47 +148,3 @@ def test_printed_percentiles_stand_beside_ours(name, panel, model, ends):
     ours = STATISTICS["published"].sel(level="typical" if name == "fig11" else "overall", model="M8")
     shown = [y for _, y in whiskers[1].get_segments()[names.index(symbol("M8"))]]
     assert shown == pytest.approx([ours["p10"].item(), ours["p90"].item()])
-
-
-def test_fig11_leaves_out_empty_levels_and_m4_and_models_without_n_are_horizontal():
-    panels = {ax.get_title(): [text.get_text() for text in ax.texts] for ax in DRAW["fig11"]().axes}
-    assert panels == {"adiabatic": [], "typical": [], "isothermal": ["not reproduced: no experiment"]}
-    labels = [text.get_text() for text in DRAW["fig11"]().axes[0].get_xticklabels()]
-    assert labels == [symbol(model) for model in MODELS if model != "M4"]
-    for ax in DRAW["mse_over_n"]().axes:
-        lines = {line.get_label(): line for line in ax.lines}
-        assert set(lines) == {symbol(model) for model in MODELS}
-        bare = {label for label, line in lines.items() if line.get_marker() == "None"}
-        assert bare == {"$M_{1}$", "$M_{3}$", "$M_{4}$"}
-
-
-@pytest.mark.parametrize(("seconds", "window"), [(1.0, (0.0, 1.0)), (3.0, (1.0, 3.0)), (23.0, (20.0, 22.0))])
-def test_traces_fit_their_window_to_the_run(seconds, window):
-    axes = draw_traces(seconds).axes
-    np.testing.assert_allclose([ax.get_xlim() for ax in axes], [window] * len(axes))
-
-
-def test_residual_is_full_order_minus_reduced_and_a_failed_model_is_left_out():
-    # Rows of two columns; the first line is zero. M7 and M8 are four and three biases too low, M11 ten.
-    residuals = {"M7": 12.0, "M8": 9.0}
-    for line, model in zip(draw_traces().axes[4].lines[1:], TRACED_MODELS[1], strict=True):
-        np.testing.assert_allclose(line.get_ydata(), residuals.get(model, 30.0), rtol=1e-9)
-    grid = GRIDS["published"].copy(deep=True)
-    grid["mse"].loc[{"model": "M5"}] = np.nan
-    failed = dict.fromkeys(SAMPLINGS, statistics(grid, LEVELS))
-    datum = a_datum(3.0)
-    replays = dict.fromkeys(SAMPLINGS, a_replay(datum, 1e3))
-    assert len(time_traces(datum, replays, failed).axes[2].lines) == 2  # zero and M1
-    shown = texts(figures.fig10(failed, with_percentiles(table7(), 10)))
-    assert "$M_{5}$" in shown  # its printed value still stands there
-
-
-@pytest.mark.parametrize("name", in_brief(["fig08", "fig09", "fig10", "fig11"], ["fig08"]))
-def test_averages_name_the_experiments_that_they_leave_out(name):
-    failed = {transport: data.copy(deep=True) for transport, data in STATISTICS.items()}
-    failed["published"]["failure_time"][0] = 0.4
-    number = {"fig11": 11, "fig10": 10}.get(name, 9)
-    table = with_percentiles(table9() if name == "fig11" else table7(), number)
-    left_out = f"left out, since the full-order run failed: {EXPERIMENTS[0]}"
-    assert left_out in texts(getattr(figures, name)(failed, table))
-    assert not any("left out" in text for text in texts(DRAW[name]()))

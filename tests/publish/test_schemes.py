@@ -17,10 +17,6 @@ SYMBOLS = {
 }
 
 
-def test_there_are_seven_schemes():
-    assert {file.stem for file in FOLDER.iterdir()} == set(SYMBOLS)
-
-
 @pytest.mark.parametrize("name", SYMBOLS)
 def test_a_scheme_is_readable_svg_with_title_and_symbols(name):
     svg = ET.parse(FOLDER / f"{name}.svg").getroot()

@@ -2,61 +2,12 @@
 
 import itertools
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
-from matplotlib.font_manager import fontManager
 
 from paper.study.paper_2006.paper_models import PAPER_MODELS
-from pneumo.publish.model_looks import PAPER_LOOKS, looks_of
-from pneumo.publish.style import SOURCE_BAR, SOURCE_MARKER, new_figure, paper_style, save
-
-
-def test_style_does_not_depend_on_the_readers_settings(tmp_path):
-    def draw() -> Figure:
-        with paper_style():
-            fig = new_figure()
-            fig.subplots().plot([1, 2], label="$P_A$")
-        return fig
-
-    plain, _ = save(draw(), tmp_path / "plain")
-    readers = {"font.size": 20, "svg.fonttype": "none", "svg.hashsalt": None, "lines.linewidth": 9}
-    with mpl.rc_context(readers):
-        before = dict(mpl.rcParams)
-        other, _ = save(draw(), tmp_path / "other")
-        assert dict(mpl.rcParams) == before
-    assert plain.read_bytes() == other.read_bytes()
-
-
-def test_fonts_that_a_damaged_cache_lacks_are_found(tmp_path, monkeypatch):
-    def draw(stem):
-        with paper_style():
-            fig = new_figure()
-            fig.subplots().set_title("pressure $P_A$")
-        return save(fig, stem)[0].read_bytes()
-
-    whole = draw(tmp_path / "whole")
-    rest = [font for font in fontManager.ttflist if not font.name.startswith("STIX")]
-    monkeypatch.setattr(fontManager, "ttflist", rest)
-    assert "STIXGeneral" not in fontManager.get_font_names()
-    assert draw(tmp_path / "healed") == whole
-    # Matplotlib remembers which file it found for a name, so that the picture alone would not tell.
-    assert "STIXGeneral" in fontManager.get_font_names()
-
-
-def test_save_keeps_dots_in_the_name_and_leaves_no_part_file_when_drawing_fails(tmp_path):
-    with paper_style():
-        fig = new_figure()
-        fig.text(0.5, 0.5, r"$\nosuchsymbol$")
-    with pytest.raises(ValueError, match="nosuchsymbol"):
-        save(fig, tmp_path / "broken")
-    assert list(tmp_path.iterdir()) == []
-    with paper_style():
-        fig = new_figure()
-    assert [p.name for p in save(fig, tmp_path / "n1.35")] == ["n1.35.svg", "n1.35.png"]
-
+from pneumo.publish.model_looks import PAPER_LOOKS
 
 # Machado, Oliveira and Fernandes (2009), doi:10.1109/TVCG.2009.113, severity 1, on linear RGB.
 PROTAN = [0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998]
@@ -84,14 +35,3 @@ def test_models_can_be_told_apart(vision):
         # 12 in CIE76 is some five times the just noticeable 2.3; a pair below it must differ in dashes.
         close = np.linalg.norm(lab(look.color, vision) - lab(another.color, vision)) < 12
         assert not (close and look.linestyle == another.linestyle), f"{one} and {other}, {vision}"
-
-
-def test_added_models_have_looks_of_their_own_and_sources_differ_without_colour():
-    names = [*PAPER_LOOKS, *(f"M{i}" for i in range(11, 40)), "mine"]
-    looks = looks_of(names)
-    assert list(looks) == names
-    assert len({(look.linestyle, look.marker) for look in looks.values()}) == len(names)
-    assert SOURCE_BAR["published"]["facecolor"] == "white" and SOURCE_BAR["published"]["hatch"]
-    assert lab(SOURCE_BAR["reproduced"]["facecolor"], "grey")[0] < 50
-    assert SOURCE_MARKER["published"]["marker"] != SOURCE_MARKER["reproduced"]["marker"]
-    assert SOURCE_MARKER["published"]["markerfacecolor"] == "none"

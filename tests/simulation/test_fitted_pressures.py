@@ -195,22 +195,6 @@ def test_gas_that_a_piston_pushes_out_through_a_wide_valve_stays_just_above_the_
         assert np.median(error + above) == pytest.approx(np.median(above), rel=0.05)
 
 
-def test_a_step_that_empties_a_chamber_leaves_nothing_of_its_failed_stages(plant):
-    # In a stage of so wide a valve a temperature falls below zero, and that stage's rates are no numbers.
-    plant = plant._replace(valve=plant.valve._replace(k_xu=165 * plant.valve.k_xu))
-    count, P_atm = 49, plant.conditions.P_atm
-    start = P_atm * np.linspace([1.2] * 2, [6.0] * 2, count)
-    rows = lane_array([lane(MODELS["M10"], 1.0, plant.gas.gamma)._replace(a=0.0)] * count)
-    V_d, start_T = np.full((count, 2), 3e-5), np.full((count, 2), 293.0)
-    u, rest = np.full((20, 3), -5.0), np.full((1, 20, 3, 2), [0.02, 0.0])
-    pressures = pressures_of_sets(u, rest, rows, V_d, plant, 1e-3, 1, start, start_T)
-    end = pressures[0, :, 0, -1]
-    # Two of 49 fail in their own steps; with rates of an earlier step's stages, forty would.
-    assert np.isfinite(end).mean() > 0.8
-    # The walls still warm the gas, and a flow far below 1 % of the valve's takes up less than 1e-4 of P_atm.
-    np.testing.assert_allclose(end[np.isfinite(end)], P_atm, rtol=1e-4)
-
-
 @pytest.mark.parametrize("name", ["M7", "M8"])  # gas enters at the chamber's temperature, or at the supply's
 @pytest.mark.parametrize("full", [True, False])
 def test_supply_temperature_and_exhaust_of_a_set_are_those_of_a_plant_that_has_them(plant, full, name):
@@ -265,15 +249,6 @@ def test_gas_that_leaves_in_one_step_cools_as_gas_that_expands(plant):
     np.testing.assert_allclose(P[:, -1], P[:, 1] / cooled, rtol=2e-3)
 
 
-def test_gas_at_the_pressure_of_its_port_stays_there(plant):
-    plant = plant._replace(valve=plant.valve._replace(k_xu=20 * plant.valve.k_xu))
-    c = plant.conditions
-    start, T = np.array([[c.P_s, c.P_atm]]), np.full((1, 2), c.T_amb)
-    u, rest = np.full((5, 3), 5.0), np.full((1, 5, 3, 2), [0.0, 0.0])
-    found = pressures_of_sets(u, rest, full_order_rows(plant, 1), V_D[:1], plant, 1e-3, 1, start, T)[0, 0]
-    np.testing.assert_allclose(found, np.repeat(start.T, 6, axis=1), rtol=1e-12)
-
-
 @pytest.mark.parametrize("z", [-1.5, -1.8])
 def test_a_step_to_just_below_zero_pressure_has_failed(plant, z):
     """The polynomial of a third-order step is 0.06 at -1.5 and -0.15 at -1.8."""
@@ -287,17 +262,6 @@ def test_a_step_to_just_below_zero_pressure_has_failed(plant, z):
     ]
     factor = 1 + z + z**2 / 2 + z**3 / 6
     np.testing.assert_allclose([by_valve, by_flow], START[0, 0] * factor if factor > 0 else np.nan, rtol=1e-9)
-
-
-@pytest.mark.parametrize("stride", [2, 7])
-def test_a_stride_thins_the_pressures(plant, stride):
-    u, motions = signals(5e-4)
-    rows, flow = lane_array([lane(MODELS["M8"], 1.2, plant.gas.gamma)] * 3), np.full((len(u), 3, 2), 1e-4)
-    every, thinned = (pressures_of_sets(u, motions, rows, V_D, plant, 5e-4, s, START) for s in (1, stride))
-    np.testing.assert_array_equal(thinned, every[..., ::stride])
-    given = (motions[0], flow, rows, V_D, plant, 5e-4)
-    every, thinned = (pressures_on_flows(*given, s, START) for s in (1, stride))
-    np.testing.assert_array_equal(thinned, every[..., ::stride])
 
 
 def test_more_replays_than_the_work_array_holds_are_made_in_turn(plant):

@@ -1,7 +1,5 @@
 """Replays: the exact sampling against a co-simulated run, samples against NumPy's, failed cells."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from array_equations import array_command, array_flows, array_rates, integrated
@@ -10,15 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 
-from pneumo.configuration.parameters import merged, read_yaml, study, validated
-from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
+from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED, Sampling
 from pneumo.physics.cylinder import Side
-from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_array, model_dP_dt, temperature
+from pneumo.physics.models import MODELS, Lane, full_order_lane, lane_array, model_dP_dt, temperature
 from pneumo.simulation.full_order import equilibrium, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.reference import replay_lane
 from pneumo.simulation.replay import LEFT_RANGE, NO_RUN, OK, STATUS, replay, replay_one_by_one
-from pneumo.simulation.signals import EXACT, PUBLISHED, study_sampling
 from pneumo.simulation.tableau import DORMAND_PRINCE
 from pneumo.storage.grid_layout import replay_dataset
 
@@ -121,35 +117,6 @@ def test_held_samples_are_those_of_the_steps_start(late, every):
     assert_read(e, sampling, lambda series: np.repeat(series[at, np.newaxis], 6, axis=1))
 
 
-def test_a_stage_at_the_steps_end_reads_the_next_sample_and_a_signal_can_be_late_alone():
-    e = lasting("E06", 0.3)
-    at = np.arange(e.steps)[:, np.newaxis] + (C == 1)
-    assert_read(e, HELD_TO_NEXT, lambda series: series[at])
-    recording = record(lasting("E06", 0.2))
-    prompt = replayed(recording, INTERPOLATED).mse
-    u_late = replayed(recording, Sampling(delay=(1.0, 0.0, 0.0))).mse
-    assert not np.allclose(u_late, prompt, rtol=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("loop", "expected"),
-    [
-        ({"replays_read": "linear", "lag_s": 0.15e-3}, Sampling(delay=(0.15e-3 / 1e-3,) * 3)),
-        ({"replays_read": "hold"}, HELD),
-        ({"replays_read": "hold_next"}, HELD_TO_NEXT),
-    ],
-)
-def test_samplings_of_the_study(loop, expected):
-    cylinders = {"D": {"open_loop": loop, "closed_loop": loop}}
-    paper = Path(__file__).parents[2] / "config/paper.yaml"
-    content = merged(read_yaml(paper), {"cylinders": cylinders})
-    e = study(validated(content, ())).experiments["E06"]
-    assert study_sampling(PUBLISHED, e) == expected and expected.rule == loop["replays_read"]
-    assert study_sampling(EXACT, e) is EXACT_SAMPLING and EXACT_SAMPLING.rule == EXACT
-    with pytest.raises(KeyError):
-        study_sampling("linear", e)
-
-
 @both_samplings
 def test_statistics_are_those_of_every_step(sampling):
     # Sums of 801 terms: 801 EPS of their size at most.
@@ -163,16 +130,6 @@ def test_statistics_are_those_of_every_step(sampling):
     np.testing.assert_allclose(cells.variance, error.var(axis=0), **tolerance)
     np.testing.assert_allclose(cells.mean_error**2 + cells.variance, cells.mse, rtol=4 * EPS)
     assert (cells.variance > 0).all() and (cells.failure_step == -1).all()
-
-
-@given(st.integers(1, 130))
-@settings(max_examples=20)
-def test_stride_thins_what_is_stored_and_not_what_is_averaged(stride):
-    recording = record(lasting("E12", 0.12))
-    every, thinned = (replayed(recording, stride=s) for s in (1, stride))
-    assert np.array_equal(thinned.pressure, every.pressure[..., ::stride])
-    for name in ("mean_error", "variance", "mse", "status", "failure_step"):
-        assert np.array_equal(getattr(thinned, name), getattr(every, name))
 
 
 @both_samplings
@@ -197,17 +154,6 @@ def test_a_replay_is_that_of_the_python_that_one_reads(sampling):
     compiled = replayed(recording, sampling, np.array(lanes)).pressure
     plain = [[replay_lane(recording, Lane(*row), sampling, side) for side in Side] for row in lanes]
     np.testing.assert_allclose(compiled, plain, rtol=1e-13)
-
-
-def test_grid_has_a_lane_for_each_model_and_n_that_matters():
-    with_n = sum(model.has_n for model in MODELS.values())
-    assert LANES.shape == (9 * with_n + len(MODELS) - with_n, len(Lane._fields))
-    assert INDEX.shape == (len(MODELS), 9) and sorted(set(INDEX.ravel())) == list(range(len(LANES)))
-    for i, model in enumerate(MODELS.values()):
-        assert len(set(INDEX[i])) == (9 if model.has_n else 1)
-        for j, n in enumerate(STUDY.n):
-            expected = lane(model, n if model.has_n else 1.0, 1.4)
-            assert np.array_equal(LANES[INDEX[i, j]], lane_array([expected])[0])
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,7 @@ from paper_study import STUDY
 from paper.study.paper_2006 import printed_tables as published
 from pneumo.errors import RunError
 from pneumo.simulation import settling
-from pneumo.simulation.full_order import NOT_POSITIVE, Run, equilibrium, run
-from pneumo.simulation.replay import STATUS
+from pneumo.simulation.full_order import equilibrium, run
 from pneumo.simulation.settling import settle, settling_time, settling_times, thermal_time_constant
 
 H = 0.001
@@ -71,11 +70,6 @@ def test_air_is_back_once_both_temperatures_have_been_away_and_are_within_the_li
     states = np.stack([rest, rest, rest, T_A, rest, T_B], axis=1)
     assert settling._back_near(states, 293.0, 0.25, least) == step
     assert settling._back_near(states[[0, 0, 5, 5]], 293.0, 0.25, 0) == -1  # never away
-
-
-def test_numbers_of_statuses_are_those_in_stored_files():
-    assert list(settling.SETTLING_STATUS) == [0, 1, 2, 3, 4, 5] and settling.SETTLING_STATUS[0] == "ok"
-    assert list(STATUS) == [0, 1, 2] and STATUS[0] == "ok"
 
 
 def test_pressures_settle_to_their_last_value_and_temperatures_to_that_of_the_walls():
@@ -202,118 +196,3 @@ def test_air_that_never_rests_is_given_up_and_a_cylinder_without_settling_refuse
     e = STUDY.experiments["E14"]
     with pytest.raises(RunError, match="E14: a settling run needs its cylinder's section settling"):
         settle(e._replace(push=e.push._replace(force=0.0)))
-
-
-def test_a_release_that_does_not_settle_is_given_up(monkeypatch):
-    e = STUDY.experiments["E14"]
-    settled = settle(e._replace(push=e.push._replace(stop=0.5)))  # T_A swings longer
-    assert_without_times(settled, settling.NOT_SETTLED, settled.release_step + 500)
-    monkeypatch.setattr(settling, "LONGEST_IN_WINDOWS", 60)
-    for_ever = e._replace(drive=e.drive._replace(k_p=1e6), push=e.push._replace(leak=0.0, stop=None))
-    settled = settle(for_ever)
-    assert_without_times(settled, settling.NOT_SETTLED, settled.release_step + 60 * steps_of(1, e))
-
-
-class Scripted:
-    """In place of `run`: air that stays where a function of time, s, and held or free says."""
-
-    def __init__(self, of_time, plant):
-        self.of_time, self.rest, self.t, self.force, self.halvings = (
-            of_time,
-            equilibrium(plant),
-            0.0,
-            None,
-            set(),
-        )
-
-    def __call__(self, _start, reference, force, _drive, plant, h, most_halvings):
-        self.valve = plant.valve
-        if force != self.force:
-            self.force, self.t = force, 0.0
-        t = self.t + h * np.arange(len(reference))
-        self.t = t[-1]
-        self.halvings.add(most_halvings)
-        states = np.tile(self.rest, (len(t), 1))
-        self.of_time(states, t, force != 0)
-        return Run(states, reference, np.zeros(len(t) - 1))
-
-
-def scripted(of_time, monkeypatch, name="E14", **changes):
-    """Settle with a scripted run; changes are those of step, k_0 and push."""
-    e = STUDY.experiments[name]
-    script = Scripted(of_time, e.plant)
-    monkeypatch.setattr(settling, "run", script)
-    e = e._replace(h=changes.pop("h", e.h), plant=e.plant._replace(k_0=changes.pop("k_0", e.plant.k_0)))
-    longest = changes.pop("longest", None)
-    settled = settle(
-        e._replace(push=e.push._replace(**{"near": 0.2, "stop": None} | changes)), longest=longest
-    )
-    assert script.halvings <= {0}  # these runs keep their step
-    return settled, e
-
-
-def warm(states, t, held):
-    """Air that is warm at first and back near the walls' temperature after a second, held or free."""
-    states[:, [3, 5]] += np.where((t > 0) & (t < 1.0), 1.0, 0.0)[:, None]
-
-
-def for_ever(states, t, _held):
-    states[:, [3, 5]] += np.where(t > 0, 1.0, 0.0)[:, None]
-
-
-def test_a_scripted_run_settles(monkeypatch):
-    settled, _ = scripted(warm, monkeypatch)
-    assert settled.status == 0 and settled.failure_step == -1 and not np.isnan(settled.times).any()
-    assert settled.release_step == 1267 and len(settled.states) == 1267 + 3000 + 1
-
-
-@pytest.mark.parametrize(
-    ("thermal", "h", "longest"),
-    [
-        (1e-3, 0.1, 500.0),  # 1000 windows of half a second, however fast the walls take up heat
-        (1.0, 0.5, 1000.0),
-        (1000.0, 1.0, 1e5),
-        (2439.0, 1.0, 102438.0),  # whole windows: 41 end just at the longest run
-    ],
-)
-def test_a_run_is_given_up_after_a_thousand_windows_and_at_most_a_day(thermal, h, longest, monkeypatch):
-    plant = STUDY.experiments["E14"].plant
-    k_0 = plant.k_0 * thermal_time_constant(plant) / thermal
-    settled, _ = scripted(for_ever, monkeypatch, h=h, k_0=k_0)
-    assert_without_times(settled, settling.NOT_AT_REST, round(longest / h))
-
-
-@pytest.mark.parametrize(("windows", "status"), [(10.0, settling.TOO_SLOW), (10.001, settling.RAN)])
-def test_a_run_may_take_more_than_ten_windows(windows, status, monkeypatch):
-    settled, e = scripted(warm, monkeypatch, longest=windows * 0.5)
-    assert thermal_time_constant(e.plant) < 0.5 and settled.status == status
-
-
-def test_a_release_after_which_the_air_never_rests_has_not_settled(monkeypatch):
-    def never(states, t, held):
-        (warm if held else for_ever)(states, t, held)
-
-    settled, _ = scripted(never, monkeypatch, longest=6.0)
-    assert settled.status == settling.NOT_SETTLED and np.isnan(settled.times).all()
-
-
-@pytest.mark.parametrize("stop", [None, 2.0])
-def test_a_release_in_which_a_pressure_fails_says_so_and_shows_nothing_after_it(stop, monkeypatch):
-    def failing(states, t, held):
-        warm(states, t, held)
-        if not held:
-            states[t > 1.5, 2] = -1.0
-
-    settled, _ = scripted(failing, monkeypatch, stop=stop)
-    assert settled.status == NOT_POSITIVE and settled.failure_step == settled.release_step + 1501
-    assert np.isfinite(settled.states[: settled.failure_step + 1]).all()
-    assert np.isnan(settled.states[settled.failure_step + 1 :]).all()
-
-
-@pytest.mark.parametrize("leak", [0.0, 2e-9])
-def test_a_leak_of_these_runs_is_added_to_the_valves_own_and_makes_them_cancel(leak, monkeypatch):
-    e = STUDY.experiments["E14"]
-    script, valve = Scripted(warm, e.plant), e.plant.valve._replace(leak=1e-9)
-    monkeypatch.setattr(settling, "run", script)
-    settle(e._replace(plant=e.plant._replace(valve=valve), push=e.push._replace(leak=leak, stop=None)))
-    assert (script.valve.leak, script.valve.net_leak) == (1e-9 + leak, leak > 0)

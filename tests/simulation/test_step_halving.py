@@ -2,18 +2,15 @@
 
 import numpy as np
 import pytest
-from paper_study import STUDY, lasting
+from paper_study import lasting
 from scipy.integrate import RK45
 
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
-from pneumo.simulation import replay as replay_module
-from pneumo.simulation.full_order import RAN, failure, record, run, stage_signals
+from pneumo.simulation.full_order import RAN, failure, record, run
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.replay import OK, replay, replay_in_parts, replay_one_by_one
-from pneumo.simulation.signals import EXACT, study_sampling
-from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
-from pneumo.storage.layout import datum_dataset, recording_from
+from pneumo.simulation.replay import OK, replay, replay_one_by_one
+from pneumo.simulation.tableau import EMBEDDED_DIFFERENCE
 
 LANES, _ = grid_lanes((1.0, 1.2, 1.4), 1.4)
 
@@ -84,33 +81,6 @@ def test_lanes_do_not_depend_on_their_neighbours_and_exact_ones_follow_the_runs_
     assert np.abs(ours - theirs).max() < 2e-2 * e.plant.conditions.P_0
 
 
-@pytest.mark.parametrize(
-    ("sampling", "read"),
-    [
-        (INTERPOLATED, lambda u, k, at: u[k] + at * (u[k + 1] - u[k])),
-        (HELD, lambda u, k, at: np.full_like(at, u[k])),
-        (HELD_TO_NEXT, lambda u, k, at: np.where(at == 1, u[k + 1], u[k])),
-    ],
-)
-def test_parts_of_a_step_read_by_the_same_rule(sampling, read):
-    r = record(lasting("E06", 0.2))
-    for k in (0, 57, 199):
-        for part, inputs in enumerate(stage_signals(r, sampling, k, 2)):
-            at = (part + np.append(DORMAND_PRINCE.c, 1.0)) / 4
-            np.testing.assert_allclose(inputs[:, 1], read(r.states[:, 0], k, at), rtol=1e-12)
-            u = np.clip(read(r.u, k, at), -10, 10)
-            np.testing.assert_allclose(inputs[:, 0], u, rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.parametrize("halvings", [0, 1])
-def test_exact_signals_end_where_the_next_recorded_step_begins(halvings):
-    e = lasting("E06", 0.2)
-    r = record(e)
-    ends = np.array([stage_signals(r, study_sampling(EXACT, e), k, halvings)[-1, -1] for k in range(e.steps)])
-    # Whole steps are the recorded ones; two halves differ by the error of a whole step (2e-10 m, 6e-7 m/s).
-    np.testing.assert_allclose(ends[:, 1:3], r.states[1:, :2], rtol=0, atol=2e-6 * halvings)
-
-
 @pytest.mark.parametrize("replayed", [replay, replay_one_by_one])
 def test_a_step_whose_end_reads_the_next_sample_is_halved_only_where_it_fails(replayed):
     # Halves would read the next sample for a shorter time: other signals, not the same ones more closely.
@@ -123,41 +93,3 @@ def test_a_step_whose_end_reads_the_next_sample_is_halved_only_where_it_fails(re
     plain = r._replace(most_halvings=0)
     assert (replayed(plain, LANES, HELD_TO_NEXT).status != OK).any()
     assert (replayed(r, LANES, HELD_TO_NEXT).status == OK).all()
-
-
-def test_halvings_are_stored():
-    e = coarse("E06", 10)
-    again = recording_from(datum_dataset(e, record(e)), e)
-    assert np.array_equal(again.halvings, record(e).halvings) and again.halvings.any()
-    assert again.most_halvings == MOST_HALVINGS
-    # The paper's runs keep their step.
-    assert {e.most_halvings for e in STUDY.experiments.values()} == {0}
-    assert {e.most_halvings for e in STUDY.with_halvings().experiments.values()} == {MOST_HALVINGS}
-
-
-@pytest.mark.parametrize("sampling", [INTERPOLATED, EXACT_SAMPLING])
-def test_pressures_of_halved_steps_are_handed_over_once(sampling, monkeypatch):
-    whole = record(coarse("E06", 10))
-    last = int(np.flatnonzero(whole.halvings)[-1]) + 1  # ends with a halved step, in a block that is not full
-    signals_of_run = {name: getattr(whole, name)[: last + 1] for name in ("states", "reference", "u")}
-    r = whole._replace(halvings=whole.halvings[:last], **signals_of_run)
-    shape = len(LANES), 2, len(r.states) - 1
-
-    def handed_over():
-        times, pressure = np.zeros((shape[0], shape[2])), np.empty(shape)
-
-        def take(lanes, first, P):
-            if first == 1:  # another kernel begins again
-                times[lanes] = 0
-            times[lanes, first - 1 : first - 1 + len(P)] += 1
-            pressure[lanes, :, first - 1 : first - 1 + len(P)] = P.T
-
-        replay_in_parts(r, LANES, sampling, take)
-        return times, pressure
-
-    times, expected = handed_over()
-    assert (times == 1).all()
-    for size in (1, last // 2 + 1):  # every step ends a block; the second of two blocks is not full
-        monkeypatch.setattr(replay_module, "BLOCK", size)
-        times, pressure = handed_over()
-        assert (times == 1).all() and np.array_equal(pressure, expected)

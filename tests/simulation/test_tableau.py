@@ -1,7 +1,5 @@
 """The Butcher tableau that checks itself, and the order of convergence that it promises."""
 
-from math import prod
-
 import numpy as np
 import pytest
 from array_equations import integrated
@@ -26,36 +24,6 @@ def nodes(tree):
     return 1 + sum(map(nodes, tree))
 
 
-def density(tree):
-    return nodes(tree) * prod(map(density, tree))
-
-
-def stage_weights(tree, A):
-    """Elementary weights of a tree, by stage (Hairer, Norsett and Wanner, section II.2)."""
-    return prod((A @ stage_weights(branch, A) for branch in tree), start=np.ones(len(A)))
-
-
-def slipping(tree, stages=7):
-    """Coefficients A and b with which no condition up to the order of `tree` fails but its own, by 1 %."""
-    wanted = [other for other in TREES if nodes(other) <= nodes(tree)]
-    values = np.array([(1.01 if other == tree else 1.0) / density(other) for other in wanted])
-    A, places = np.zeros((stages, stages)), np.tril_indices(stages, -1)
-
-    def slips(z):
-        A[places] = z[stages:]
-        return np.array([z[:stages] @ stage_weights(other, A) for other in wanted]) - values
-
-    z = np.random.default_rng(0).uniform(-0.5, 0.5, stages + len(places[0]))
-    for _ in range(100):  # Newton's method, at first in short steps; up to 45
-        rest = slips(z)
-        if abs(rest).max() < 2e-15:  # a fifth of what the check allows
-            break
-        slopes = [(slips(z + side) - rest) / 1e-7 for side in 1e-7 * np.eye(len(z))]
-        step = np.linalg.lstsq(np.transpose(slopes), rest, rcond=None)[0]
-        z = z - step * min(1.0, 0.5 / np.linalg.norm(step))
-    return A, z[:stages]
-
-
 def rebuilt(A, b, order=5):
     return explicit([list(A[i, :i]) for i in range(1, len(b))], list(b), order)
 
@@ -76,53 +44,11 @@ def test_dormand_prince():
     assert DORMAND_PRINCE.order == 5
 
 
-def test_the_trees_are_all_of_up_to_five_nodes():
-    assert [sum(nodes(tree) == count for tree in TREES) for count in range(1, 6)] == [1, 1, 2, 4, 9]
-    assert len(set(TREES)) == 17
-
-
 @given(st.sampled_from(NONZERO), st.floats(1e-9, 0.5), st.sampled_from([-1, 1]))
 def test_a_slip_in_any_coefficient_is_refused(entry, size, sign):
     # 1e-9 of an entry moves one of its conditions by over 1e-12, a hundred times what the check allows.
     with pytest.raises(ValueError, match=r"Butcher tableau: .* does not hold"):
         rebuilt(*perturbed(entry, 1 + sign * size))
-
-
-def test_the_slip_that_no_condition_below_order_five_sees():
-    A, b = perturbed(("A", 1, 0), 1.1)
-    rebuilt(A, b, order=4)
-    with pytest.raises(ValueError, match="does not hold"):
-        rebuilt(A, b, order=5)
-
-
-@pytest.mark.parametrize(
-    ("rows", "weights", "order"),
-    [
-        ([], [1], 1),  # Euler
-        ([[1 / 2]], [0, 1], 2),  # midpoint
-        ([[1 / 2], [-1, 2]], [1 / 6, 2 / 3, 1 / 6], 3),  # Kutta
-        ([[1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1 / 6], 4),  # classical
-    ],
-)
-def test_methods_of_known_order_get_that_order_and_no_more(rows, weights, order):
-    assert explicit(rows, weights, order).order == order
-    with pytest.raises(ValueError, match="does not hold"):
-        explicit(rows, weights, order + 1)
-
-
-@pytest.mark.parametrize("tree", TREES, ids=str)
-def test_each_condition_is_asked_from_its_own_order_on(tree):
-    A, b = slipping(tree)
-    if nodes(tree) > 1:
-        assert rebuilt(A, b, nodes(tree) - 1).order == nodes(tree) - 1
-    with pytest.raises(ValueError, match="does not hold"):
-        rebuilt(A, b, nodes(tree))
-
-
-@pytest.mark.parametrize("order", [0, 6])
-def test_an_order_whose_conditions_are_unknown_is_refused(order):
-    with pytest.raises(ValueError, match=f"order = {order}"):
-        rebuilt(DORMAND_PRINCE.A, DORMAND_PRINCE.b, order)
 
 
 def test_order_five_on_a_smooth_problem():

@@ -134,12 +134,6 @@ def test_best_n(values, best):
     assert best_n(mse_of(values)).item() == best
 
 
-def test_there_is_no_best_n_where_one_failed():
-    # The n that survive are no choice among all.
-    best = best_n(mse_of([[np.nan] * 3, [np.nan, 5.0, 4.0], [4.0, np.nan, 4.0], [1.0, 2.0, 3.0]]))
-    assert np.isnan(best[:3]).all() and best[3] == 1.0
-
-
 def failing(grid, **where):
     """The grid with some of its cells failed."""
     failed = grid.copy(deep=True)

@@ -20,31 +20,6 @@ def test_white_noise_has_no_correlations_left_and_many_samples_keep_theirs():
 TRUE = np.array([[4.0, 1.8, 0.0, 0.5], [1.8, 1.0, 0.1, 0.2], [0.0, 0.1, 2.0, 0.9], [0.5, 0.2, 0.9, 1.0]])
 
 
-def test_shrinkage_is_the_references_by_hand_and_variances_are_the_samples():
-    samples = np.array([[1.0, 2.0, 7.0], [2.0, 1.0, 7.0], [3.0, 5.0, 7.0], [6.0, 4.0, 7.0]])
-    covariance, shrinkage = shrunk_covariance(samples)
-    z = (samples[:, :2] - samples[:, :2].mean(axis=0)) / samples[:, :2].std(axis=0, ddof=1)
-    w = z[:, 0] * z[:, 1]
-    r = 4 / 3 * w.mean()
-    assert r == pytest.approx(np.corrcoef(samples[:, 0], samples[:, 1])[0, 1])
-    by_hand = min(1.0, 4 / 27 * np.sum((w - w.mean()) ** 2) / r**2)
-    assert 0 < by_hand < 1 and shrinkage == pytest.approx(by_hand, rel=1e-12)
-    expected = np.cov(samples.T)  # the third number never changes: no variance, no correlation
-    expected[0, 1] *= 1 - by_hand
-    expected[1, 0] *= 1 - by_hand
-    np.testing.assert_allclose(covariance, expected, rtol=1e-12)
-
-
-def test_few_samples_of_many_numbers_are_positive_definite():
-    rng = np.random.default_rng(5)
-    common = rng.normal(size=(15, 1))
-    samples = common + 0.3 * rng.normal(size=(15, 60))
-    covariance, shrinkage = shrunk_covariance(samples)
-    assert 0 < shrinkage < 0.5
-    assert np.linalg.eigvalsh(np.cov(samples.T)).min() < 1e-12  # not shrunk: singular
-    assert np.linalg.eigvalsh(covariance).min() > 0.01
-
-
 def test_chi_square_is_known_and_of_its_distribution():
     assert chi_square(np.array([3.0, 4.0]), np.diag([9.0, 4.0])) == pytest.approx(1 + 4)
     correlated = np.array([[1.0, 0.8], [0.8, 1.0]])

@@ -1,6 +1,5 @@
 """Result files: what is written comes back, whole or not at all, and reads as CF says without the package."""
 
-import errno
 import json
 import os
 import re
@@ -85,31 +84,6 @@ def test_what_is_written_comes_back_and_long_traces_are_thinned(tmp_path):
     assert f"every {every} steps" in dataset["t"].attrs["comment"]
     assert set(long.states[::every, 0]) <= set(dataset["x"].values)
     assert dataset["release_time"] == run.release_step * e.h
-
-
-@pytest.mark.parametrize("compressed", [True, False])
-def test_variables_are_compressed_if_asked_for(tmp_path, compressed):
-    write(small(), tmp_path / "a.nc", ATTRIBUTES, compressed=compressed)
-    with xr.open_dataset(tmp_path / "a.nc") as opened:
-        assert opened["P"].encoding["zlib"] == opened["status"].encoding["zlib"] == compressed
-    xr.testing.assert_equal(read(tmp_path / "a.nc"), small())
-
-
-@pytest.mark.parametrize("digits", [4, 5, 6])
-def test_rounded_numbers_keep_their_digits_and_equal_ones_stay_equal(tmp_path, digits):
-    values = np.repeat(10 ** np.random.default_rng(1).uniform(-3, 9, 500), 2)
-    write(xr.Dataset({"value": ("row", values)}), tmp_path / "a.nc", {}, digits=digits)
-    kept = xr.load_dataset(tmp_path / "a.nc")["value"].values.astype(float)
-    np.testing.assert_allclose(kept, values, rtol=10**-digits)
-    assert (kept[::2] == kept[1::2]).all() and (kept != values).any()
-
-
-def test_variables_that_need_fewer_digits_have_them(tmp_path):
-    values = np.random.default_rng(6).uniform(1.0, 2.0, 50)
-    dataset = xr.Dataset({name: ("row", values) for name in ("fine", "coarse")})
-    write(dataset, tmp_path / "a.nc", {}, digits=4, digits_of={"coarse": 2})
-    off = {name: np.abs(read(tmp_path / "a.nc")[name] / values - 1).max() for name in dataset}
-    assert off["fine"] < 1e-4 and 1e-3 < off["coarse"] < 1e-2
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -318,38 +292,3 @@ def test_compliance_checker_finds_no_error(results, suite, kind):
             messages.setdefault(group.weight, set()).update(group.msgs)
     assert messages.keys() <= {2, 1}  # 3 is "error", 2 "warning", 1 "information"
     assert set().union(*messages.values()) <= WARNINGS
-
-
-@pytest.mark.slow
-def test_the_checker_would_find_an_error(tmp_path, suite):
-    dataset = small()
-    dataset["wrong"] = ("t", [1.0, 2.0, 3.0], {"units": "furlongs per barn", "long_name": "unknown"})
-    write(dataset, tmp_path / "a.nc", ATTRIBUTES)
-    with suite.load_dataset(str(tmp_path / "a.nc")) as opened:
-        groups, _ = suite.run_all(opened, ["cf:1.11"])["cf:1.11"]
-    assert any(group.weight == 3 and group.value[0] < group.value[1] for group in groups)
-
-
-def test_a_netcdf_file_that_cannot_be_written_is_one_line_and_leaves_nothing(tmp_path, monkeypatch):
-    def full(_dataset, part, **_options):
-        Path(part).touch()
-        raise RuntimeError("NetCDF: HDF error")  # all that the library says of a full disk
-
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
-    words = r"a\.nc: cannot be written \(NetCDF: HDF error\); is the disk full"
-    with pytest.raises(ResultError, match=words):
-        write(xr.Dataset(), tmp_path / "a.nc", ATTRIBUTES)
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("number", [errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.EMFILE])
-def test_a_failing_disk_is_no_reason_to_delete_a_file(number, tmp_path, monkeypatch):
-    write(xr.Dataset({"a": 1.0}), tmp_path / "a.nc", ATTRIBUTES)
-
-    def failing(path, largest):
-        raise OSError(number, os.strerror(number), str(path))
-
-    monkeypatch.setattr("pneumo.storage.seal.regular_file", failing)
-    with pytest.raises(ResultError) as error:
-        read(tmp_path / "a.nc")
-    assert str(error.value) == f"{tmp_path / 'a.nc'}: cannot be read ({os.strerror(number)})"
