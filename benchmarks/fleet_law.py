@@ -9,20 +9,9 @@ from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
-
-from pneumo.publish.figures.panels import every_decade
-from pneumo.publish.style import ACCENT, DOUBLE_MM, new_figure, paper_style
 
 NODES, CORES = 100, 4  # of the estimate: a job of the Slurm profile has a node's four cores
 BLOCK = 50  # cylinders in a job, unless the configuration says otherwise
-PANELS = (  # column of `rows`, label
-    ("planning_s", "planning (s of processor)"),
-    ("peak_MB", "main process (MB)"),
-    ("jobs", "jobs"),
-    ("disk_MB", "results (MB)"),
-    ("core_h", "in all (core-hours)"),
-)
 
 
 class Law(NamedTuple):
@@ -74,23 +63,3 @@ def minutes(measured: dict[str, Any]) -> float:
     turns = ceil(ceil(plan["cylinders"] / BLOCK) / NODES)
     block = cost.job_s + BLOCK * cost.cylinder_s / CORES
     return (plan["cpu_s"] + turns * block + cost.job_s) / 60
-
-
-@paper_style()
-def law_figure(measured: dict[str, Any]) -> Figure:
-    """Draw every quantity over the number of cylinders: filled as planned, open by the law."""
-    table = rows(measured)
-    count = [row["cylinders"] for row in table]
-    fig = new_figure(DOUBLE_MM, 50)
-    for ax, (name, label) in zip(fig.subplots(1, len(PANELS)), PANELS, strict=True):
-        face = ACCENT if name in ("planning_s", "peak_MB", "jobs") else "white"
-        ax.plot(count, [row[name] for row in table], "o-", color=ACCENT, markerfacecolor=face)
-        ax.set(xscale="log", title=label)
-        if name in ("planning_s", "peak_MB"):  # hardly grow
-            ax.set_ylim(0, 1.1 * max(row[name] for row in table))
-        else:
-            ax.set_yscale("log")
-        every_decade(ax.xaxis)
-        ax.grid(axis="y")
-    fig.supxlabel("cylinders", fontsize=8.5)
-    return fig

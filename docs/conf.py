@@ -13,22 +13,34 @@ from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
 from nbclient import NotebookClient
 from sphinx.application import Sphinx
-from sphinx.environment import BuildEnvironment
 from sphinx.util import logging
 from sphinx.util.math import get_node_equation_number
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(1, str(Path(__file__).parents[1]))  # paper/study
 
 import fragments
-import live_link
-import notebooks
-import readme_blocks
-from rig_scheme import rig_scheme
 
-# A folder like a checkout, in which notebooks run; removed when the build ends.
+# Read by IPython at a notebook's start. A command that fails ends its cell; none takes it for a terminal.
+PROFILE = """
+c.IPKernelApp.log_level = 40
+c.ScriptMagics.script_magics = ["sh"]
+c.ScriptMagics.script_paths = {{"sh": "sh -e"}}
+c.InlineBackend.figure_formats = {{"svg"}}
+c.InlineBackend.rc = {{"figure.figsize": (7, 3.2), "figure.constrained_layout.use": True}}
+c.InteractiveShellApp.exec_lines = ["%cd -q {folder}", "__import__('os').environ.pop('FORCE_COLOR', None);"]
+"""
+
+# The folder in which notebooks run; removed when the build ends.
 _examples = tempfile.TemporaryDirectory()
 examples = Path(_examples.name)
-os.environ |= notebooks.prepare(examples)
+(examples / "site").mkdir()
+profile = examples / "ipython/profile_default/ipython_kernel_config.py"
+profile.parent.mkdir(parents=True)
+profile.write_text(PROFILE.format(folder=examples), encoding="utf-8")
+os.environ["IPYTHONDIR"] = str(examples / "ipython")
+os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # notebooks run side by side: idle threads would wait by computing
 
 project = "pneumo"
 author = "pneumo developers"
@@ -41,21 +53,16 @@ myst_enable_extensions = ["colon_fence", "dollarmath", "substitution"]
 myst_heading_anchors = 3
 myst_substitutions = {
     **fragments.stored_numbers(),
-    **fragments.stored_numbers("frozen.yaml"),
-    "blocks": {make.__name__: make() for make in readme_blocks.OF_PAGES},
     "errata": fragments.errata(),
     "models": fragments.models(),
+    "ten_models": fragments.ten_models(),
     "symbols": fragments.symbols(),
     "fitted_parameters": fragments.fitted_parameters(),
     "record_formats": fragments.record_formats(),
     "rig_quantities": fragments.rig_quantities(),
-    "rig_scheme": rig_scheme(),
-    "files": fragments.files(examples / "results"),
-    "results": notebooks.kind_of_results(),
     "commands": fragments.commands(),
+    "live": fragments.live(examples / "site"),
 }
-notebooks.write_notebooks(examples / "site/notebooks", myst_substitutions)
-myst_substitutions["live"] = live_link.live(examples / "site")
 
 nb_execution_mode = "inline"
 nb_execution_show_tb = True
@@ -108,21 +115,6 @@ def formula(self: Any, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
-def link_notebook(_app: Sphinx, page: str, source: list[str]) -> None:
-    """Link the notebook of a page that is one."""
-    if page in notebooks.pages():
-        source[0] = notebooks.with_link(page, source[0])
-
-
-def spread_notebooks(_app: Sphinx, _environment: BuildEnvironment, names: list[str]) -> None:
-    """Spread notebooks evenly over the pages: a process reads neighbours, and notebooks take longest."""
-    run = [name for name in names if name in notebooks.pages()]
-    names[:] = [name for name in names if name not in run]
-    distance = len(names) // max(len(run), 1) + 1
-    for number, name in enumerate(run):
-        names.insert(number * distance, name)
-
-
 # What axe asks for and the theme lacks: level of headings, names of landmarks, scrolling by keyboard.
 ACCESSIBLE = {
     '<p class="caption" role="heading">': '<p class="caption" role="heading" aria-level="2">',
@@ -146,8 +138,6 @@ def make_accessible(app: Sphinx, exception: Exception | None) -> None:
 def setup(app: Sphinx) -> None:
     """Draw formulas as MathML: no script, no font, no other package."""
     app.add_html_math_renderer("mathml", (inline_formula, None), (formula, None))
-    app.connect("env-before-read-docs", spread_notebooks)
-    app.connect("source-read", link_notebook)
     app.connect("build-finished", make_accessible)
 
 

@@ -2,9 +2,8 @@
 
 from typing import Any
 
-from fragments import table
-
 from benchmarks.exported_c import POLYNOMIAL
+from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.equations.system import FULL_ORDER
 
 KINDS = {"add": "+ −", "multiply": "×", "divide": "÷", "root": "root", "power": "power"}
@@ -20,7 +19,7 @@ def _count(value: float) -> str:
 
 
 def tables(cost: dict[str, Any]) -> dict[str, str]:
-    """Tables of export.md by name: operations, chambers, the other parts, and observers."""
+    """Tables of export.md: operations, chambers, the other parts, and observers."""
     chambers, parts = cost["rows"]["chambers"], cost["rows"]
     operations = [
         [_name(row), *(f"{counts.get(kind, 0):.0f}" for kind in KINDS)]
@@ -59,27 +58,31 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
     with_piston = ["with piston, double (ns)", "with piston, Cortex-M4F"]
     without = ["no valve, double (ns)", "no valve, Cortex-M4F"]
     return {
-        "operations": table(["row", *KINDS.values()], operations),
-        "steps": table(heads, steps),
-        "observers": table([*of_observers, "stack (bytes)", "estimate (bytes)"], observers),
-        "parts": table(["row", *with_piston, *without], others),
+        "table_operations": table(["row", *KINDS.values()], operations),
+        "table_steps": table(heads, steps),
+        "table_observers": table([*of_observers, "stack (bytes)", "estimate (bytes)"], observers),
+        "table_parts": table(["row", *with_piston, *without], others),
     }
 
 
 def numbers(cost: dict[str, Any]) -> dict[str, str]:
-    """Numbers of the sentences about cost by name."""
+    """Numbers and tables of the cost of a step, by name."""
     single = cost["rows"]["chambers"]["float"]
     full, *others = (
         single[row]["instructions"]["RK4"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL)
     )
     cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]["cycle"]
-    names = [f"full over {name} instructions" for name in ("M8", "M6", "M8 polynomial")]
-    return {
-        "experiment": cost["experiment"],
-        "processor": " ".join(cost["processor"].split()),
-        "shared": "while other programs ran on it" if cost["shared"] else "otherwise idle",
-        "compilers": "; ".join([cost["compiler"], *cost["arm"]]),
-        "observer over step": f"{cycle / single['M8']['instructions']['RK4']:.1f}",
-        "degree": str(cost["polynomial"]["degree"]),
-        "polynomial error": f"{cost['polynomial']['largest_relative_error']:.0e}",
-    } | {name: f"{full / other:.2f}" for name, other in zip(names, others, strict=True)}
+    names = [f"full_over_{name}_instructions" for name in ("M8", "M6", "M8_polynomial")]
+    return (
+        tables(cost)
+        | {
+            "experiment": cost["experiment"],
+            "processor": " ".join(cost["processor"].split()),
+            "shared": "while other programs ran on it" if cost["shared"] else "otherwise idle",
+            "compilers": "; ".join([cost["compiler"], *cost["arm"]]),
+            "observer_over_step": f"{cycle / single['M8']['instructions']['RK4']:.1f}",
+            "degree": str(cost["polynomial"]["degree"]),
+            "polynomial_error": f"{cost['polynomial']['largest_relative_error']:.0e}",
+        }
+        | {name: f"{full / other:.2f}" for name, other in zip(names, others, strict=True)}
+    )

@@ -1,34 +1,31 @@
-"""Parts of pages: numbers and tables of results, errata, models, files of results, commands."""
+"""Parts of pages that are made from the code: tables, errata, commands, the live page; and stored numbers."""
 
 import re
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
 import yaml
 from typer.cli import get_docs_for_click
 from typer.core import TyperGroup
 from typer.main import get_command
 
 from paper.study.paper_2006.paper import PAPER_2006
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.cli.commands import app
+from pneumo.configuration.parameters import load, study
+from pneumo.export.live import installed, live_page, typical_plants
 from pneumo.fit.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE
 from pneumo.fit.record.formats import FORMATS
 from pneumo.fit.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
+from pneumo.publish.model_looks import colours
+from pneumo.selection.browser_study import browser_study
 from pneumo.verdict.errata import Erratum, read_errata
 
 ROOT = Path(__file__).parents[1]
 NUMBERS = Path(__file__).with_name("numbers.yaml")
-KINDS = {  # file of results -> what its kind is called
-    "datum/E06.nc": "datum/E01.nc ...",
-    "settling/E06.nc": "settling/E01.nc ...",
-    "settling.nc": "settling.nc",
-    "exact/replay/E06.nc": "TRANSPORT/replay/E01.nc ...",
-    "exact/statistics.nc": "TRANSPORT/statistics.nc",
-}
 
 
 def plain(text: Any) -> str:
@@ -36,22 +33,15 @@ def plain(text: Any) -> str:
     return re.sub(r"([\\`*_\[\]<>|$#{}])", r"\\\1", str(text))
 
 
-def span(values: xr.DataArray, digits: int | str) -> str:
-    """Lowest and highest value, with so many digits or in another format."""
-    form = digits if isinstance(digits, str) else f".{digits}f"
-    return f"{values.min().item():{form}} to {values.max().item():{form}}"
-
-
-def stored_numbers(file: str = NUMBERS.name) -> dict[str, dict[str, Any]]:
-    """Numbers and tables by page and name: of results, or, in frozen.yaml, of finished studies."""
-    return yaml.safe_load(NUMBERS.with_name(file).read_text(encoding="utf-8"))
+def stored_numbers() -> dict[str, dict[str, Any]]:
+    """Numbers and tables by page or source, then by name."""
+    return yaml.safe_load(NUMBERS.read_text(encoding="utf-8"))
 
 
 def errata() -> dict[str, str]:
     """A box for every entry of paper/2006/errata.yaml, by name, with the outcome of its proof."""
-    return {
-        name: _box(erratum) for name, erratum in read_errata(PAPER_2006.folder, PAPER_2006.proofs).items()
-    }
+    every = read_errata(PAPER_2006.folder, PAPER_2006.proofs)
+    return {name: _box(erratum) for name, erratum in every.items()}
 
 
 def _box(erratum: Erratum) -> str:
@@ -76,6 +66,25 @@ def models() -> str:
     return table([f"`{field}`" for field in Model._fields], rows)
 
 
+def ten_models() -> str:
+    """Table of the paper's models in words."""
+    head = ["model", "temperature of the air", "air enters at", "heat through the wall", "parameters"]
+    return table(head, map(_model_row, PAPER_MODELS.values()))
+
+
+def _model_row(model: Model) -> list[str]:
+    explicit = model.wall != "none"
+    indices = list(dict.fromkeys(str(i).removesuffix(".0") for i in (model.n_V, model.n_in, model.n_out)))
+    known = ["n"] * model.has_n + (["k_0" if model.wall == "k_0" else "lambda_0"] if explicit else [])
+    return [
+        model.name,
+        {"constant": "constant", "polytropic": "follows the pressure"}[model.temperature],
+        "its own temperature" if model.mixing else "the chamber's temperature",
+        model.wall if explicit else f"by the {'indices' if indices[1:] else 'index'}: {', '.join(indices)}",
+        ", ".join(known),
+    ]
+
+
 def fitted_parameters() -> str:
     """The parameters of a fit, from the rows that everything uses."""
     rows = []
@@ -95,10 +104,10 @@ def fitted_parameters() -> str:
 def record_formats() -> str:
     """The formats of a record: those that are read, and what to do with the others."""
     rows = [
-        [form.name, ", ".join(form.suffixes) or "other", "read" if form.read else "not read", form.remark]
+        [form.name, ", ".join(form.suffixes) or "other", "yes" if form.read else "no", form.remark]
         for form in FORMATS
     ]
-    return table(["format", "file ending", "", ""], rows)
+    return table(["format", "file ending", "read", "remark"], rows)
 
 
 def rig_quantities() -> str:
@@ -122,23 +131,24 @@ def symbols() -> str:
     return table(["name", "symbol", "unit", "meaning"], rows)
 
 
-def files(results: Path) -> str:
-    """Variables, dimensions and units of each kind of file in a folder of results."""
-    sections = []
-    for file, kind in KINDS.items():
-        rows = []
-        with xr.open_dataset(results / file) as dataset:
-            for name, variable in dataset.variables.items():
-                dimensions = ", ".join(f"`{dimension}`" for dimension in variable.dims) or "none"
-                meaning = variable.attrs.get("long_name", variable.attrs.get("comment", ""))
-                rows.append([f"`{name}`", dimensions, variable.attrs.get("units", ""), plain(meaning)])
-        sections.append(f"## `{kind}`\n\n" + table(["variable", "dimensions", "unit", "meaning"], rows))
-    return "\n\n".join(sections)
-
-
 def commands() -> str:
     """Reference of the command line, by typer."""
     group = get_command(app)
     assert isinstance(group, TyperGroup)
     text = get_docs_for_click(obj=group, ctx=group.context_class(group, info_name="pneumo"), name="pneumo")
     return re.sub(r"<(\w[\w\[\]]*)>", r"(\1)", text.partition("## ")[2].join(["## ", ""]))
+
+
+def live(folder: Path) -> str:
+    """Write both pages of a cylinder in the browser into a folder; return links to them."""
+    if not installed():
+        return "`snakemake -j2 live` writes a cylinder in the browser, `results/live.html`; it needs clang."
+    plants = typical_plants(study(load(ROOT / "config/paper.yaml")))
+    page = live_page(plants, 1.35, ROOT / "docs/live", colours())
+    (folder / "live.html").write_text(page, encoding="utf-8")
+    (folder / "your-cylinder.html").write_text(browser_study(ROOT / "docs/live"), encoding="utf-8")
+    return (
+        'In the browser, without an installation: <a href="live.html">move a cylinder</a>,'
+        ' <a href="live.html#record">replay a record of your own</a>, or'
+        ' <a href="your-cylinder.html">compare the models on your cylinder</a>. Nothing is uploaded.'
+    )

@@ -1,36 +1,39 @@
 """Numbers of results on pages and in README: `make numbers` writes docs/numbers.yaml.
 
-A page names a number where it belongs, as `{{ cluster.cylinder }}`.
-readme_blocks.py has the blocks of README.
+A page names a number where it belongs, as `{{ cluster.cylinder }}`. Those of `frozen` belong to finished
+studies and stay as the last run of their code wrote them.
 """
 
 import json
-import re
 import shutil
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
-import cluster
 import cost
-import fit_bench
 import measured_air
-import measurements
 import opening_picture
-import simulators
-import which_model
 import xarray as xr
 import yaml
 from fragments import NUMBERS, ROOT, stored_numbers
 
-from benchmarks.fleet_law import law_figure
+from benchmarks.fleet_law import law, minutes, rows
+from paper.study import PAPERS
+from paper.study.pages.verdict_page import SIMULATORS
+from paper.study.paper_2006.summary import LEVELS
+from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.export.step_cost import FILE as STEP_COST
+from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
+from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.facts import headline_text
+from pneumo.verdict.judging import STATUSES
 
-RESULTS = ROOT / "results"
+RESULTS, STATIC = ROOT / "results", ROOT / "docs/static"
 FIGURES = ("measurements", "pulses", "vessel")  # copies of results/figures/
 
 Numbers = dict[str, dict[str, Any]]  # by page or source, then by name
@@ -44,100 +47,150 @@ def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
 yaml.SafeDumper.add_representer(str, _text)
 
 
-def named(numbers: dict[str, str], tables: dict[str, str]) -> dict[str, str]:
-    """Join numbers and tables, with names that a page can write: `M5/M8 none` is M5_over_M8_none."""
-    both = numbers | {f"table {name}": text for name, text in tables.items()}
-    return {re.sub(r"\W+", "_", name.replace("/", " over ")): text for name, text in both.items()}
+def _stored(file: Path) -> Any:
+    return json.loads(file.read_text(encoding="utf-8"))
 
 
 def from_kept_files() -> Numbers:
     """Numbers from files that are in the repository: paper/evidence, docs/static, the catalogue."""
     measured, air = (xr.load_dataset(KEPT / f"{name}.nc") for name in ("measurements", "measured_air"))
-    bench = fit_bench.stored()
-    fleet, slurm = (cluster.stored(name) for name in ("fleet", "slurm"))
-    steps = json.loads(STEP_COST.read_text(encoding="utf-8"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
     return {
         "catalogue": {
             "factor": f"{coefficient_times_length()[1]:.1f}",
             "k_0": f"{min(k_0):g} to {max(k_0):g}",
         },
-        "cluster": named(cluster.numbers(fleet, slurm), cluster.tables(fleet, slurm)),
-        "cost": named(cost.numbers(steps), cost.tables(steps)),
-        "fit_bench": named(fit_bench.numbers(bench), fit_bench.tables(bench)),
-        "measured_air": named(
-            measured_air.numbers(air),
-            measured_air.tables(air) | {"walls": measured_air.wall_table(air, measured)},
-        ),
-        "measurements": named(measurements.numbers(measured), measurements.tables(measured)),
-        "simulators": named(simulators.numbers(simulators.stored()), simulators.tables(simulators.stored())),
+        "cluster": fleet(_stored(STATIC / "fleet.json")),
+        "cost": cost.numbers(_stored(STEP_COST)),
+        "fit_bench": fit_bench(_stored(STATIC / "fit_bench.json")),
+        "measured_air": measured_air.numbers(air),
+        "measurements": measured_air.gas_spring_numbers(measured),
+        "simulators": simulators(_stored(PAPERS / "2006" / SIMULATORS)),
     }
+
+
+def fleet(measured: dict[str, Any]) -> dict[str, str]:
+    """Cost of a table of cylinders, by `python -m benchmarks.fleet`."""
+    per_unit = law(measured)
+    return {
+        "processor": measured["cpu"],
+        "cylinder": f"{per_unit.cylinder_s:.1f}",
+        "job": f"{per_unit.job_s:.0f}",
+        "kB": f"{per_unit.block_kB + per_unit.index_kB:.0f}",
+        "hours": f"{rows(measured)[-1]['core_h']:.0f}",
+        "minutes": f"{minutes(measured):.1f}",
+    }
+
+
+def fit_bench(bench: dict[str, Any]) -> dict[str, str]:
+    """Counts that `python -m benchmarks.fit_bench --page` wrote."""
+    none, every = bench["table"]["none"], bench["table"].values()
+    held = [100 * row["held"] / row["intervals"] for row in bench["undisturbed"].values()]
+    return {
+        "cases": f"{sum(row['records'] for row in every)}",
+        "undisturbed": f"{none['records']}",
+        "error": f"{100 * bench['undisturbed']['k_0']['error']:.1f}",
+        "lowest_held": f"{min(held):.0f}",
+        "highest_held": f"{max(held):.0f}",
+        "warned": f"{100 * none['warned'] / none['records']:.0f} %",
+        "silent": f"{sum(row['silent'] for row in every)}",
+        "named_wrong": f"{sum(row['cause wrong'] for row in every)}",
+        "seconds": f"{bench['seconds']:.1f}",
+    }
+
+
+def simulators(stored: list[dict[str, Any]]) -> dict[str, str]:
+    """Who reproduces the paper how well, by `python -m benchmarks.simulators`."""
+    cells = [
+        [row["name"], *(f"{row['statuses'][name]}" for name in STATUSES), f"{row['table_9']:.3f}"]
+        for row in stored
+    ]
+    heads = ["runs by", *STATUSES, "RMS of ln(MSE/printed), Table 9"]
+    return {"judged": f"{stored[0]['items']}", "table_simulators": table(heads, cells)}
+
+
+def from_the_study(results: Path) -> Numbers:
+    """Numbers from results/, the whole study of the paper."""
+    verdict = _stored(results / "verdict.json")
+    headlines = {
+        "items": f"{len(verdict['items'])}",
+        "headline": headline_text(verdict["headline"]),
+        "second": headline_text(_stored(results / "2007/verdict.json")["headline"]),
+    }
+    return {"verdict": headlines | missed(verdict), "which_model": {"table_levels": levels(results)}}
 
 
 def missed(verdict: dict[str, Any]) -> dict[str, str]:
     """Missed cells of Tables 7 to 9, percentiles and swings, and chi-squares over the spread of seeds."""
     items = [item for item in verdict["items"] if item["status"] == "missed"]
     by_table = {row["table"]: row for row in verdict["highlights"]["fit"]["tables"]}
-    of_9, swings = by_table["Table 9"], [item["relative"] for item in items if item["id"].startswith("S1.")]
-    made = {
-        "chi_square_9": _chi_square(of_9["printed"]),
-        "chi_square_9_meant": _chi_square(of_9["meant"]),
+    swings = [item["relative"] for item in items if item["id"].startswith("S1.")]
+
+    def percentiles(part: str) -> str:
+        count = sum(item["id"].endswith(f".p{part}") for item in items)
+        return f"{count} of {by_table[f'{part} % percentiles of Figs 9 and 11']['meant']['numbers']}"
+
+    def chi_square(kind: str) -> str:
+        fit = by_table["Table 9"][kind]
+        return f"{fit['chi_square']:.0f} for {fit['numbers']} numbers"
+
+    return {
+        "chi_square_9": chi_square("printed"),
+        "chi_square_9_meant": chi_square("meant"),
         "swings_missed": f"{len(swings)}",
         "swings_by": f"{100 * min(swings):.0f} to {100 * max(swings):.0f} %",
+        "p10_missed": percentiles("10"),
+        "p90_missed": percentiles("90"),
     }
-    for share in ("10", "90"):
-        of_share = by_table[f"{share} % percentiles of Figs 9 and 11"]["meant"]
-        missed_ones = sum(item["id"].endswith(f".p{share}") for item in items)
-        made |= {
-            f"p{share}_missed": f"{missed_ones} of {of_share['numbers']}",
-            f"p{share}_chi_square": _chi_square(of_share),
-        }
-    return made
 
 
-def _chi_square(fit: dict[str, Any]) -> str:
-    return f"{fit['chi_square']:.0f} for {fit['numbers']} numbers"
+def levels(results: Path) -> str:
+    """Mean square error and best n of each model, by level of wall heat and signal sampling."""
+    columns = {}
+    for sampling in STUDY_SAMPLINGS:
+        with xr.open_dataset(results / sampling / "statistics.nc") as statistics:
+            for level in LEVELS:
+                columns[level, sampling] = statistics[["mse", "constant_n"]].sel(level=level).load()
+
+    def cell(model: str, at: xr.Dataset) -> str:
+        error = at["mse"].sel(model=model).item() / 1e6
+        text = f"{error:.0f}" if error >= 100 else f"{error:#.3g}"
+        return f"{text} ({at['constant_n'].sel(model=model).item():g})" if MODELS[model].has_n else text
+
+    ordered = [(level, sampling) for level in LEVELS for sampling in STUDY_SAMPLINGS]
+    models = columns[ordered[0]]["model"].values
+    body = [[model, *(cell(model, columns[column]) for column in ordered)] for model in models]
+    return table(["model", *(", ".join(column) for column in ordered)], body)
 
 
-def from_the_study(results: Path) -> Numbers:
-    """Numbers from results/, the whole study of the paper."""
-    levels, mse = which_model.over_levels(results), which_model.by_experiment(results)
-    verdict, second = (
-        json.loads((results / name).read_text(encoding="utf-8"))
-        for name in ("verdict.json", "2007/verdict.json")
-    )
-    return {
-        "table_7": {"table": (results / "table7.md").read_text(encoding="utf-8").strip()},
-        "verdict": {
-            "headline": headline_text(verdict["headline"]),
-            "second": headline_text(second["headline"]),
-        }
-        | missed(verdict),
-        "which_model": named(which_model.numbers(levels, mse), which_model.tables(levels, mse)),
-    }
+def from_the_template() -> Numbers:
+    """What `pneumo study` answers for the cylinder of `pneumo init`: all but its last line."""
+    pneumo = Path(sys.executable).with_name("pneumo")
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([pneumo, "init", "my.yaml"], cwd=folder, check=True, capture_output=True)
+        done = subprocess.run(
+            [pneumo, "study", "my.yaml"], cwd=folder, check=True, capture_output=True, text=True
+        )
+    lines = [line.rstrip() for line in done.stdout.splitlines()]
+    return {"study": {"answer": "\n".join(lines[:-1])}}
 
 
 def write() -> None:
     """Write docs/numbers.yaml; without results/ its numbers stay as they are."""
-    numbers = stored_numbers() | from_kept_files()
+    numbers = stored_numbers() | from_kept_files() | from_the_template()
     if (RESULTS / "verdict.json").exists():
         numbers |= from_the_study(RESULTS)
-    head = "# Made by `make numbers` from results/ and paper/evidence/; not edited by hand.\n"
+    head = "# Made by `make numbers` from results/ and paper/evidence/; `frozen` is of finished studies.\n"
     text = yaml.safe_dump(numbers, allow_unicode=True, sort_keys=False, width=10_000)
     NUMBERS.write_text(head + text, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    if (RESULTS / "evidence/slurm.json").exists():
-        shutil.copyfile(RESULTS / "evidence/slurm.json", cluster.STATIC / "slurm.json")
     write()
     for name in FIGURES:
         if (RESULTS / f"figures/{name}.svg").exists():
-            shutil.copyfile(RESULTS / f"figures/{name}.svg", cluster.STATIC / f"{name}.svg")
-    with tempfile.TemporaryDirectory() as scratch:
-        if (RESULTS / "verdict.json").exists():
+            shutil.copyfile(RESULTS / f"figures/{name}.svg", STATIC / f"{name}.svg")
+    if (RESULTS / "verdict.json").exists():
+        with tempfile.TemporaryDirectory() as scratch:
             drawn = save(opening_picture.errors_figure(RESULTS), Path(scratch, "errors"))[1]
             shutil.copyfile(drawn, opening_picture.PICTURE)
-        shutil.copyfile(
-            save(law_figure(cluster.stored("fleet")), Path(scratch, "fleet"))[0], cluster.STATIC / "fleet.svg"
-        )

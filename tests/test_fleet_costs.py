@@ -5,9 +5,7 @@ import json
 import pytest
 from checkout import ROOT
 
-from benchmarks.fleet_law import PANELS, law, law_figure, minutes, rows
-
-SLURM = ROOT / "docs/static/slurm.json"
+from benchmarks.fleet_law import law, minutes, rows
 
 JOB, CYLINDER = 9.0, 8.0  # core-seconds of the runs below
 PLANNED = [
@@ -48,26 +46,8 @@ def test_a_cluster_runs_blocks_in_turns(law_fit):
     assert minutes(law_fit) == pytest.approx((8 + 3 * turn + JOB) / 60)
 
 
-def test_what_is_measured_is_filled_and_what_the_law_says_is_open(law_fit):
-    lines = [ax.lines[0] for ax in law_figure(law_fit).axes]
-    filled = {n for (n, _), line in zip(PANELS, lines, strict=True) if line.get_markerfacecolor() != "white"}
-    assert filled == {"planning_s", "peak_MB", "jobs"}
-
-
-def test_the_sentences_about_slurm_hold():
-    record = json.loads(SLURM.read_text(encoding="utf-8"))
-    jobs, blocks = record["slurm"]["jobs"], record["cylinders"] // record["per_job"]
-    assert record["identical"] == record["files"] == blocks + 2
-    assert record["slurm"]["retries"] == len(jobs) - (blocks + 1) == 2
-    ends = {
-        what: [each["state"] for each in jobs if each["task"] == job["task"]]
-        for what, job in record["slurm"]["disturbed"].items()
-    }
-    assert list(ends.values()) == [["CANCELLED", "COMPLETED"], ["TIMEOUT", "COMPLETED"], ["COMPLETED"]]
-
-
 def test_the_law_is_within_two_percent_of_the_runs_that_were_measured():
-    measured = json.loads((ROOT / "docs/static/fleet.json").read_text(encoding="utf-8"))  # as cluster.md says
+    measured = json.loads((ROOT / "docs/static/fleet.json").read_text(encoding="utf-8"))
     fitted, planning = law(measured), measured["planned"][0]["cpu_s"]
     for run in measured["runs"]:
         seconds = planning + run["jobs"] * fitted.job_s + run["cylinders"] * fitted.cylinder_s

@@ -56,7 +56,7 @@ class TestSite:
         assert result
 
     def test_code_has_buttons_that_copy(self, browser):
-        browser.open(SITE / "start.html")
+        browser.open(SITE / "reproduce.html")
         browser.wait("document.querySelectorAll('button.copybtn').length > 2")
 
     @pytest.mark.slow

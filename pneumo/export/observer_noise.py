@@ -56,7 +56,7 @@ def _kept() -> dict[str, Any]:
 
 
 def observer_noise(system: System, sensors: str) -> ObserverNoise:
-    """Noise for an observer of a system, as tuned for docs/at-work.md.
+    """Noise for an observer of a system, as tuned for docs/choose.md.
 
     `sensors` says how many pressures are measured: "none", "one" or "both"; `InputError` for any other text.
     A model that was not tuned gets the process noise that is the default of `pneumo.ekf`.

@@ -69,7 +69,7 @@ def test_measurements_of_one_cylinder_count_as_one():
     assert coefficient_times_length()[1] > 1.5 * of_six
 
 
-# Walls measured elsewhere in the project: bore, mm, and lambda V/A, W/(m K), of docs/measurements.md. That of
+# Walls measured elsewhere in the project (docs/measurements.md): bore, mm, and lambda V/A, W/(m K). That of
 # the nitrogen vessel, 8.24 at 150 bar, is brought to 5.65 bar by the square root of eq (8).
 ELSEWHERE = [
     (25, 0.23),

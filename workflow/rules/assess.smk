@@ -22,7 +22,7 @@ FINISHED = ["assumptions.nc", "seed_sets.nc"]
 
 rule verdict:
     input:
-        # Of finished studies, if they were made from this configuration: docs/studies.md.
+        # Of finished studies, if they were made from this configuration: docs/reproduce.md.
         evidence=[file for name in FINISHED for file in evidence_for(RESULTS, STUDY, name)],
         parameters=rules.parameters.output[0],
         settling=rules.settling.output,

@@ -51,12 +51,6 @@ def decades(ax: Axes) -> None:
     ax.yaxis.set_minor_formatter(NullFormatter())
 
 
-def every_decade(axis: Axis) -> None:
-    """Put a tick at each decade, however many there are."""
-    axis.set_major_locator(LogLocator(10.0, numticks=20))
-    axis.set_minor_formatter(NullFormatter())
-
-
 def model_ticks(ax: Axes, models: Sequence[str]) -> None:
     """Label the places 0, 1, 2 ... of the x axis with the models' names."""
     ax.set_xticks(np.arange(len(models)), [symbol(model) for model in models])
