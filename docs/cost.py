@@ -30,8 +30,8 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
     for row in chambers["double"]:
         double, single = (chambers[precision][row] for precision in ("double", "float"))
         cells = [_name(row)]
-        cells += [_count(at["ns"][method]) for at in (double, single) for method in ("EULER", "RK4")]
-        cells += [_count(single["instructions"][method]) for method in ("EULER", "RK4")]
+        cells += [_count(at["ns"]) for at in (double, single)]
+        cells.append(_count(single["instructions"]))
         steps.append([*cells, _count(single["code_bytes"]), _count(single["stack_bytes"])])
     others = [
         [_name(row)]
@@ -39,8 +39,8 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
             _count(at)
             for part in ("chambers and piston", "chambers without valve")
             for at in (
-                parts[part]["double"][row]["ns"]["RK4"],
-                parts[part]["float"][row]["instructions"]["RK4"],
+                parts[part]["double"][row]["ns"],
+                parts[part]["float"][row]["instructions"],
             )
         ]
         for row in chambers["double"]
@@ -49,13 +49,12 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
     observers = []
     for row, double in cycles["double"].items():
         single = cycles["float"][row]
-        ns = [_count(at["ns"]["cycle"]) for at in (double, single)]
+        ns = [_count(at["ns"]) for at in (double, single)]
         bytes_of = [_count(single[key]) for key in ("code_bytes", "stack_bytes", "estimate_bytes")]
         states = f"{double['states']}"
-        observers.append([_name(row), states, *ns, _count(single["instructions"]["cycle"]), *bytes_of])
+        observers.append([_name(row), states, *ns, _count(single["instructions"]), *bytes_of])
     of_observers = ["observer", "states", "double (ns)", "float (ns)", "Cortex-M4F", "code (bytes)"]
-    heads = ["row", "double, Euler", "double, RK4", "float, Euler", "float, RK4"]
-    heads += ["Cortex-M4F, Euler", "Cortex-M4F, RK4", "code (bytes)", "stack (bytes)"]
+    heads = ["row", "double (ns)", "float (ns)", "Cortex-M4F", "code (bytes)", "stack (bytes)"]
     with_piston = ["with piston, double (ns)", "with piston, Cortex-M4F"]
     without = ["no valve, double (ns)", "no valve, Cortex-M4F"]
     return {
@@ -70,9 +69,9 @@ def numbers(cost: dict[str, Any]) -> dict[str, str]:
     """Numbers of the sentences about cost by name."""
     single = cost["rows"]["chambers"]["float"]
     full, *others = (
-        single[row]["instructions"]["RK4"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL)
+        single[row]["instructions"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL)
     )
-    cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]["cycle"]
+    cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]
     names = [f"full over {name} instructions" for name in ("M8", "M6", "M8 polynomial")]
     return {
         "experiment": cost["experiment"],

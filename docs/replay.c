@@ -10,7 +10,7 @@ int main(void)
         return 1;
     while (fscanf(file, "%lf %lf %lf %lf %lf", next, next + 1, next + 2, next + 3, next + 4) == 5) {
         double end[M7_INPUTS] = {row[0], next[1], next[2]}; /* the command is held */
-        if (M7_step(&M7_defaults, M7_DORMAND_PRINCE, row, end, 1e-3, state))
+        if (M7_step(&M7_defaults, row, end, 1e-3, state))
             return 1;
         printf("%.9g %.9g\n", state[M7_P_A], state[M7_P_B]);
         for (int i = 0; i < 3; i++)

@@ -23,7 +23,8 @@ from pneumo.physics.models import Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas, Valve, choked_flow, limited, port_flows
 from pneumo.physics.valve_dynamics import ValveDynamics, beyond_dead_band
 
-LONGEST = 1.25e-4  # s; at 2.5e-4 the worst case of the documentation's table is off by 3 kPa
+LONGEST, SHORTEST = 5e-4, 1.25e-4  # s, of substeps
+PACE = 0.035  # of a chamber's volume: what may flow or be displaced in a substep that is not the shortest
 STAGE = 1 - 0.5**0.5  # of a substep: time of the first stage, and weight of the implicit term in both
 LEAST_DROP = 1e-4  # of the port's pressure: below it the flow is proportional to q, within as much
 LEAST_LOSS = 1e-6  # of the mass, in a substep: below it nothing flows out
@@ -54,9 +55,49 @@ def flow_and_exponent(A_t: Any, P_u: Any, ratio: Any, T_u: Any, gas: Gas, valve:
     return m, exponent
 
 
+LENGTHS = {"longest": LONGEST, "shortest": SHORTEST, "pace": PACE}
+
+
 def _adiabatic(T: Any, P_before: Any, P_after: Any, a: Any) -> Any:
     """Approximation of T (P_after / P_before)^a without a power: off by 1e-5 where P changes by 10 %."""
     return T * ((1 + a) * P_after + (1 - a) * P_before) / ((1 - a) * P_after + (1 + a) * P_before)
+
+
+def chamber_pace(plant: Plant, valve: bool) -> list[Equation]:
+    """Equations of the pace of a chamber, 1/s, from u or m, x, v, area and V_d, counted outward from it.
+
+    It is the rate at which a sonic flow and the piston would replace the chamber's volume.
+    """
+    gas, restrictions, c, cylinder, _ = plant
+    if valve:
+
+        def flow(u: Any) -> Any:
+            A_t = restrictions.k_xu * min(abs(u), restrictions.u_max) + restrictions.leak
+            return gas.gamma * gas.R * c.T_in * choked_flow(A_t, 1.0, c.T_in, gas)
+
+        equation = Equation(("flow",), flow, ("u",), "m^3/s, sonic flow")
+    else:
+        given = lambda m: gas.gamma * gas.R * c.T_in * abs(m) / c.P_atm  # noqa: E731
+        equation = Equation(("flow",), given, ("m",), "m^3/s, given flow")
+
+    return [
+        equation,
+        Equation(
+            ("space",), lambda x, *of: volume(x, Chamber(*of), cylinder), ("x", "area", "V_d"), "m^3, volume"
+        ),
+        Equation(
+            ("pace",),
+            lambda flow, space, v, area: (flow + 2 * area * abs(v)) / space,
+            ("flow", "space", "v", "area"),
+            "1/s",
+        ),
+    ]
+
+
+def substep_length(left: Any, pace_A: Any, pace_B: Any) -> Any:
+    """Length of the next substep, s, from the time left in the step and the paces of both chambers."""
+    s = min(max(PACE / max(pace_A, pace_B, 1e-9), SHORTEST), LONGEST)
+    return s if left > 1.001 * s else left
 
 
 def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limit: bool) -> list[Equation]:

@@ -8,11 +8,12 @@ from pneumo.equations.branches import complex_value
 from pneumo.equations.chamber_rate import model_and_index
 from pneumo.equations.equation_list import Equation, chamber_equations, piston_equations, valve_equations
 from pneumo.equations.substep import (
-    LONGEST,
     STAGE,
+    chamber_pace,
     chamber_substep,
     piston_after,
     piston_before,
+    substep_length,
     valve_substep,
 )
 from pneumo.errors import InputError
@@ -178,17 +179,30 @@ def substep(
     return [known[f"{name}_after"] for name in system.states], known["s_part"]
 
 
+def paces(system: System, state: Sequence[float], inputs: Sequence[float]) -> list[float]:
+    """Pace of each chamber, 1/s, as `chamber_pace` has it."""
+    known = dict(zip((*system.inputs, *system.states), (*inputs, *state), strict=True))
+    u, result = known.get("opening", known.get("u")), list[float]()
+    for side in Side:
+        of_side = {"u": side.sign * u} if system.valve else {"m": known[f"m_{side.name}"]}
+        of_side |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}
+        of_side |= chamber_of(system.plant.cylinder, side)._asdict()
+        _solve(chamber_pace(system.plant, system.valve), of_side)
+        result.append(of_side["pace"])
+    return result
+
+
 def step(
     system: System, state: Sequence[float], start: Sequence[float], end: Sequence[float], h: float
 ) -> list[float]:
     """State after h s; inputs change linearly from `start` to `end`.
 
-    The step is divided into substeps of `pneumo.equations.substep.LONGEST`, the last one of the rest; one in
-    which the piston meets a stop is cut there.
+    The step is divided into substeps as `pneumo.equations.substep.substep_length` says; one in which the
+    piston meets a stop is cut there.
     """
     left, state = h, list(state)
     while left > 0:
-        s = LONGEST if left > 1.001 * LONGEST else left
+        s = substep_length(left, *paces(system, state, end))
         at = [(h - left + part * s) / h for part in (0.5, STAGE, 1.0)]
         inputs = [[a + w * (b - a) for a, b in zip(start, end, strict=True)] for w in at]
         state, taken = substep(system, state, inputs, s)

@@ -12,7 +12,7 @@ from sympy.printing.c import C99CodePrinter
 
 from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Statement, with_tangents
-from pneumo.equations.substep import LONGEST, STAGE
+from pneumo.equations.substep import LENGTHS, STAGE
 from pneumo.equations.system import System
 from pneumo.errors import InputError
 from pneumo.export.known_estimates import SAMPLE, known_estimates
@@ -139,7 +139,7 @@ def c99(
         "stops": _body(parts.stops, precision, printer) if noise or not tested else "",
         "v_before": bool(system.plant.cylinder.coulomb),
         "substep": {name: _body(part, precision, printer) for name, part in substep._asdict().items()},
-        "longest": digits(LONGEST) + suffix,
+        "lengths": {name: f"{value:g}{suffix}" for name, value in LENGTHS.items()},
         "stage": digits(STAGE) + suffix,
         "kinks": kinks,
         "derivatives": derivatives,

@@ -22,7 +22,13 @@ from pneumo.equations.equation_list import (
     symbols_of_valve,
     valve_equations,
 )
-from pneumo.equations.substep import chamber_substep, piston_after, piston_before, valve_substep
+from pneumo.equations.substep import (
+    chamber_pace,
+    chamber_substep,
+    piston_after,
+    piston_before,
+    valve_substep,
+)
 from pneumo.equations.system import System, quantity
 from pneumo.storage.files import DOI
 
@@ -34,6 +40,7 @@ class Substep(NamedTuple):
     before: list[Statement]
     chamber: list[Statement]
     after: list[Statement]
+    pace: list[Statement]  # of one chamber
 
 
 class Printed(NamedTuple):
@@ -74,7 +81,9 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
     if not system.proportional:
         followed = valve_substep(plant, symbols_of_valve(system.dynamics))
         followed = statements(followed, {"opening_after", "u_valve"})
-    substep = Substep(followed, before, moved, after)
+    substep = Substep(
+        followed, before, moved, after, statements(chamber_pace(plant, system.valve), {"pace"})
+    )
     everything = (*valve, *chamber, *piston, *stops, *(s for part in substep for s in part))
     needed = names_in(tuple(s.value for s in everything)) | set().union(*CHAMBER_CONSTANTS.values(), also)
     used = [

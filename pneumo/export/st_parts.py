@@ -26,7 +26,7 @@ OF_CHAMBER = {name: f"{name}_side" for name in ("u", "m", "x", "v", "P", "T")} |
 }
 OF_PISTON = {name: f"{name}_stage" for name in ("u", "opening", "x", "v", "P_A", "P_B", "force")}
 OF_PISTON |= {"a": "dv_dt_free", "s": "length"}
-POSITIVE = ("V", "space_mid", "space_end", "resists_mid", "resists_end", "P_mid", "T_mid")
+POSITIVE = ("V", "space", "space_mid", "space_end", "resists_mid", "resists_end", "P_mid", "T_mid")
 
 
 class Cost(NamedTuple):
@@ -218,9 +218,9 @@ class SystemText(NamedTuple):
     @property
     def substep_cost(self) -> Cost:
         """Operations of a substep of both chambers, of valve and piston, at most."""
-        valve, before, chamber, after = self.parts.substep
+        valve, before, chamber, after, pace = self.parts.substep
         return (
-            statement_cost(chamber, self.inside)
+            statement_cost([*chamber, *pace], self.inside)
             .times(2)
             .plus(statement_cost([*valve, *before, *after], self.outside))
         )
@@ -238,12 +238,13 @@ class SystemText(NamedTuple):
     @property
     def substep(self) -> dict[str, list[str]]:
         """Lines of the statements of a substep, by part."""
-        valve, before, chamber, after = self.parts.substep
+        valve, before, chamber, after, pace = self.parts.substep
         return {
             "opened": lines(valve, self.outside),
             "before": lines(before, self.outside),
             "chamber": lines(chamber, self.inside),
             "after": lines(after, self.outside),
+            "paces": lines(pace, self.inside),
         }
 
     def variables(

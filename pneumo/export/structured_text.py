@@ -6,7 +6,7 @@ text serves every controller with function blocks.
 
 from importlib.metadata import version
 
-from pneumo.equations.substep import LONGEST, STAGE
+from pneumo.equations.substep import LENGTHS, STAGE
 from pneumo.equations.system import System
 from pneumo.errors import InputError
 from pneumo.export.c_source import TEMPLATES
@@ -58,13 +58,13 @@ def block(system: System, precision: str) -> Unit:
     outputs = [text.quantity(name, starts[name]) for name in system.states]
     failed = "h, a volume, a pressure or a temperature is not positive"
     outputs.append(Variable("failed", "BOOL", ("FALSE",), failed))
-    valve_lines, before, chamber, after = text.parts.substep
+    valve_lines, before, chamber, after, pace = text.parts.substep
     outside = [*valve_lines, *before, *after]
     assigned = {name for s in outside for name in s.names}
     own = [*system.chamber_states, "u" if system.valve else "m"]
     piston_names = [name for name in system.inputs if name not in ("x", "v")]
     piston_names += ["x", "v", "P_A", "P_B"] * system.piston + ["opening"] * ("opening" in system.states)
-    places = ("x_middle", "v_middle", "x_last", "v_last", "x_mid", "v_mid", "x_end", "v_end", "left", "length")
+    places = ("x_middle", "v_middle", "x_last", "v_last", "x_mid", "v_mid", "x_end", "v_end", "left", "length", "fastest")
     new = ("P_A_after", "P_B_after") * system.piston
     internal = [
         *(Variable(f"{name}_before", real) for name in system.inputs),
@@ -72,7 +72,7 @@ def block(system: System, precision: str) -> Unit:
         Variable("stage", real, last=(states - 1,)),
         *(Variable(name, real) for name in (*places, *(name for name in new if name not in assigned))),
         *(Variable(f"{name}_stage", real) for name in piston_names),
-        *text.variables(outside, chamber, own, COUNTERS),
+        *text.variables(outside, [*chamber, *pace], (*own, "x", "v"), COUNTERS),
     ]
     known = {
         "inputs": system.inputs,
@@ -83,8 +83,7 @@ def block(system: System, precision: str) -> Unit:
         "opening": system.states.index("opening") if "opening" in system.states else None,
         "command": "u_valve" if valve else "u_stage",
         **text.substep,
-        "longest": text.number(LONGEST),
-        "nearly": text.number(1.001 * LONGEST),
+        "lengths": {name: text.number(value) for name, value in LENGTHS.items()},
         "stage": text.number(STAGE),
         "piston": system.piston,
     }
@@ -93,7 +92,8 @@ def block(system: System, precision: str) -> Unit:
         .render(
             heading=heading(system),
             cost=text.substep_cost,
-            longest=f"{1e3 * LONGEST:g}",
+            longest=f"{1e3 * LENGTHS['longest']:g}",
+            shortest=f"{1e3 * LENGTHS['shortest']:g}",
             real=real,
         )
         .rstrip()
