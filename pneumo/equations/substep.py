@@ -23,7 +23,7 @@ from pneumo.physics.models import Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas, Valve, choked_flow, limited, port_flows
 from pneumo.physics.valve_dynamics import ValveDynamics, beyond_dead_band
 
-LONGEST, SHORTEST = 5e-4, 1.25e-4  # s, of substeps
+LONGEST, SHORTEST = 5e-4, 1e-4  # s, of substeps
 PACE = 0.035  # of a chamber's volume: what may flow or be displaced in a substep that is not the shortest
 STAGE = 1 - 0.5**0.5  # of a substep: time of the first stage, and weight of the implicit term in both
 LEAST_DROP = 1e-4  # of the port's pressure: below it the flow is proportional to q, within as much
@@ -220,10 +220,14 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
             "kg/s, eq (1), and d ln(m) / d ln(1 - P_d/P_u)",
         )
 
+        # The temperature of eq (6), or of an isentropic change, follows the pressure.
         def slope(exponent: Any, ratio: Any, excess: Any) -> Any:
             if excess >= 0:
-                return min(2 * exponent, 1.0)
-            return 2 * (1 - ratio) + 2 * exponent * ratio
+                wide = min(2 * exponent, 1.0)
+                if row.mixing or not model or model.temperature == "constant":
+                    return wide
+                return wide - min(2 * a * (1 - ratio) / max(ratio, 0.1), 1.0)
+            return (2 + a) * (1 - ratio) + 2 * exponent * ratio
 
         add(f"slope_{at}", slope, f"exponent_{at} ratio_{at} excess_{at}", "d ln(m) / d ln(q)")
         add(
