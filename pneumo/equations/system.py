@@ -145,6 +145,18 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
     return result
 
 
+def closed_drift(system: System) -> float | None:
+    """Rate of pressure, Pa/s, of a closed chamber at rest in mid-stroke, at P_atm and the walls' temperature.
+
+    None for models that keep such a chamber as it is; of others the pressure drifts to P_0.
+    """
+    model, c = system.model, system.plant.conditions
+    if model is None or model.temperature == "constant" or model.wall == "none":
+        return None
+    closed = system._replace(valve=False, piston=False, dynamics=PROPORTIONAL)
+    return rates(closed, [c.P_atm] * 2, [0.0] * 4)[0]
+
+
 def substep(
     system: System, state: Sequence[float], inputs: Sequence[Sequence[float]], s: float
 ) -> tuple[list[float], float]:

@@ -17,7 +17,7 @@ from pneumo.equations.equation_list import Constant
 from pneumo.equations.system import System, quantity, rate_unit
 from pneumo.errors import InputError
 from pneumo.export.c_source import TEMPLATES, Kink, c99, compiled, printer_of
-from pneumo.export.printing import Printed, digits, heading, printed
+from pneumo.export.printing import Printed, digits, heading, printed, validity
 from pneumo.physics.cylinder import Side
 
 COMPILER = "gcc"
@@ -173,7 +173,7 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
         "fmi": fmi,
         "F": f"fmi{fmi}",
         "tool": f"pneumo {version('pneumo')}",
-        "title": heading(system).partition("\n")[0],
+        "title": " ".join((heading(system).partition("\n")[0], validity(system))).rstrip(),
         "kinds": kinds,
         "constants": parts.constants,
         "piston": system.piston and "ModelExchange" in kinds,

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from importlib.metadata import version
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 from sympy import Symbol
@@ -29,7 +30,7 @@ from pneumo.equations.substep import (
     piston_before,
     valve_substep,
 )
-from pneumo.equations.system import System, quantity
+from pneumo.equations.system import System, closed_drift, quantity
 from pneumo.storage.files import DOI
 
 
@@ -123,11 +124,24 @@ def heading(system: System, mark: str = "") -> str:
         f"one for P from atmosphere ({c.P_atm:g} Pa) to supply ({c.P_s:g} Pa), n from 1 to gamma",
         "and k_0 from 0.02 to 2.5 W/K.",
     ]
+    if limit := validity(system):
+        lines += ["", *wrap(limit, 90)]
     if system.valve and (dead_time := system.dynamics.dead_time):
         when = f"{1e3 * abs(dead_time):.4g} ms {'after' if dead_time > 0 else 'before'}"
         lines += ["", f"The valve sees a command {when} it was given."]
         lines.append("That is not in the rates: u is the command that it sees.")
     return "\n".join((mark + line).rstrip() for line in lines)
+
+
+def validity(system: System) -> str:
+    """Sentence that says where a model does not hold; empty for most."""
+    drift, P_0 = closed_drift(system), system.plant.conditions.P_0
+    if drift is None:
+        return ""
+    return (
+        f"{system.name} holds near P_0 = {P_0:.4g} Pa only. Do not start it vented, nor hold with the valve shut: "
+        f"a closed chamber drifts to P_0, from atmospheric pressure in mid-stroke at {1e-3 * drift:.3g} kPa/s."
+    )
 
 
 def indented(lines: list[str]) -> list[str]:
