@@ -68,9 +68,7 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
 def numbers(cost: dict[str, Any]) -> dict[str, str]:
     """Numbers of the sentences about cost by name."""
     single = cost["rows"]["chambers"]["float"]
-    full, *others = (
-        single[row]["instructions"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL)
-    )
+    full, *others = (single[row]["instructions"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL))
     cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]
     names = [f"full over {name} instructions" for name in ("M8", "M6", "M8 polynomial")]
     return {

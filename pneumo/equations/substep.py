@@ -119,7 +119,8 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
     if valve and limit:
         add("u_limited", lambda u: limited(u, restrictions.u_max), "u", "V")
     if model:
-        add("T", lambda P: temperature(P, c.P_0, c.T_0, row.a), "P", "K, eq (6)")
+        law = "eq (6)" if model.temperature == "polytropic" else "constant"
+        add("T", lambda P: temperature(P, c.P_0, c.T_0, row.a), "P", f"K, {law}")
     for at in ("mid", "end"):
         add(
             f"space_{at}",
@@ -189,7 +190,12 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
                 return wanted(inlet * m_in - outlet * m_out, m_in, m_out)
 
             known_leak = f"{P_guess} {T_guess} P_port P_other"
-            add(named("leak_power", at, "leak_in leak_out"), leaking, known_leak, "W, kg/s, leak of the other restriction")
+            add(
+                named("leak_power", at, "leak_in leak_out"),
+                leaking,
+                known_leak,
+                "W, kg/s, other leak",
+            )
             known += f" leak_power_{at}"
         add(f"resists_{at} still_{at}", fixed, known, comment)
         add(
@@ -267,12 +273,10 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
     stage("mid", "P", "T", "P", "P T")
     further = 1 / STAGE - 1
     add("base", lambda P, P_mid: max(P + further * (P_mid - P), P_mid / 2), "P P_mid", "Pa")
-    add(
-        "P_guess", lambda P, P_mid: max(P + (P_mid - P) / STAGE, P_mid / 2), "P P_mid", "Pa, at the end"
-    )
+    add("P_guess", lambda P, P_mid: max(P + (P_mid - P) / STAGE, P_mid / 2), "P P_mid", "Pa, at the end")
     if model:
-        add("T_mid", lambda *known: _adiabatic(*known, a), "T P P_mid", "K, nearly eq (6)")
-        add("T_guess", lambda *known: _adiabatic(*known, a), "T P P_guess", "K, nearly eq (6)")
+        add("T_mid", lambda T, P, P_mid: _adiabatic(T, P, P_mid, a), "T P P_mid", "K, nearly eq (6)")
+        add("T_guess", lambda T, P, P_guess: _adiabatic(T, P, P_guess, a), "T P P_guess", "K, nearly eq (6)")
         stage("end", "P_guess", "T_guess", "base", "P_mid T_mid")
         add("P_after", lambda P: P, "P_end", "Pa")
         return equations

@@ -194,7 +194,7 @@ def substep(
 def paces(system: System, state: Sequence[float], inputs: Sequence[float]) -> list[float]:
     """Pace of each chamber, 1/s, as `chamber_pace` has it."""
     known = dict(zip((*system.inputs, *system.states), (*inputs, *state), strict=True))
-    u, result = known.get("opening", known.get("u")), list[float]()
+    u, result = known.get("opening", known.get("u", 0.0)), list[float]()
     for side in Side:
         of_side = {"u": side.sign * u} if system.valve else {"m": known[f"m_{side.name}"]}
         of_side |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}

@@ -82,9 +82,7 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
     if not system.proportional:
         followed = valve_substep(plant, symbols_of_valve(system.dynamics))
         followed = statements(followed, {"opening_after", "u_valve"})
-    substep = Substep(
-        followed, before, moved, after, statements(chamber_pace(plant, system.valve), {"pace"})
-    )
+    substep = Substep(followed, before, moved, after, statements(chamber_pace(plant, system.valve), {"pace"}))
     everything = (*valve, *chamber, *piston, *stops, *(s for part in substep for s in part))
     needed = names_in(tuple(s.value for s in everything)) | set().union(*CHAMBER_CONSTANTS.values(), also)
     used = [
@@ -139,8 +137,9 @@ def validity(system: System) -> str:
     if drift is None:
         return ""
     return (
-        f"{system.name} holds near P_0 = {P_0:.4g} Pa only. Do not start it vented, nor hold with the valve shut: "
-        f"a closed chamber drifts to P_0, from atmospheric pressure in mid-stroke at {1e-3 * drift:.3g} kPa/s."
+        f"{system.name} holds near P_0 = {P_0:.4g} Pa only. Do not start it vented, nor hold with the valve "
+        "shut: a closed chamber drifts to P_0, from atmospheric pressure in mid-stroke at "
+        f"{1e-3 * drift:.3g} kPa/s."
     )
 
 

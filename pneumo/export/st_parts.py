@@ -162,8 +162,9 @@ def lines(statements: list[Statement], printer: Text) -> list[str]:
         names = tuple(map(printer.name, s.names))
         result.append(f"(* {', '.join(names)}: {s.comment} *)")
         result += assignments(names, s.value, "{} := {};", printer, KEYWORDS)
-        for name in set(s.names).intersection(POSITIVE):  # a division by zero stops a controller
-            result += [f"IF NOT ({printer.name(name)} > 0.0) THEN", "    failed := TRUE;", "    EXIT;", "END_IF;"]
+        for name in (printer.name(n) for n in s.names if n in POSITIVE):
+            # A division by zero stops a controller.
+            result += [f"IF NOT ({name} > 0.0) THEN", "    failed := TRUE;", "    EXIT;", "END_IF;"]
     return result
 
 

@@ -154,9 +154,7 @@ def test_slopes_of_inputs_make_a_replay_with_interpolated_samples(run, plant, fm
         slave.doStep(currentCommunicationPoint=k * H, communicationStepSize=H)
         outputs_at.append(slave.getReal(outputs))
     slave.freeInstance()
-    np.testing.assert_allclose(
-        np.transpose(outputs_at), linear, rtol=1e-3
-    )  # 0.5 kPa of docs/export.md
+    np.testing.assert_allclose(np.transpose(outputs_at), linear, rtol=1e-3)  # 0.5 kPa of docs/export.md
     effect = np.max(np.abs(simulated(fmus("M8", 2), run, "CoSimulation") - linear))
     assert 100 < effect < 5000  # Pa: what holding the inputs for 1 ms does
 

@@ -1,4 +1,4 @@
-"""Strokes from vented chambers to rest at open ports: exported C against SciPy's Radau on equations of our own.
+"""Strokes from vented chambers to rest at open ports: exported C against Radau on equations of our own.
 
 The independent states are mass and internal energy of each chamber; the piston's release and its stop are
 located by events.
@@ -11,6 +11,9 @@ import pytest
 from brief import in_brief
 from exported_c import C_COMPILER, CompiledModel
 from scipy.integrate import solve_ivp
+
+from pneumo.equations.system import rates, system
+from pneumo.export import exported
 
 H, DURATION = 1e-3, 0.3  # s; all strokes but the slowest end within it
 PRESSURE, TEMPERATURE = 500.0, 1.0  # Pa, K: what docs/export.md promises
@@ -141,3 +144,15 @@ def test_no_step_is_refused_whatever_its_length(model, precision, plant, tmp_pat
             inputs = [(chosen.valve.u_max, -chosen.valve.u_max)[k // 50 % 2], 0.0]
             failed, state = compiled.step(inputs, inputs, h, state)
             assert not failed and np.all(np.isfinite(state))
+
+
+def test_exports_say_which_models_drift_with_the_valve_shut(plant):
+    """What is said is right: by the rates of the exported system itself, with no flow at rest."""
+    c = plant.conditions
+    for model, drifts in (("full", 0), ("M1", 0), ("M6", 0), ("M7", 1), ("M8", 1), ("M10", 1)):
+        states = [c.P_atm, c.T_amb] * 2 if model == "full" else [c.P_atm] * 2
+        rate = rates(system(model, 1.35, plant, valve=False), states, [0.0] * 4)[0]
+        assert (abs(rate) > 1e3) == bool(drifts)
+        for target, name in (("c", f"{model}.c"), ("st", f"{model}.st"), ("casadi", f"{model}.py")):
+            said = exported(model, 1.35, plant, target)[name].decode()
+            assert ("drifts to P_0" in " ".join(said.split())) == bool(drifts)

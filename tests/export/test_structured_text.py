@@ -111,12 +111,7 @@ def test_the_stated_operations_hold_for_the_costliest_state(plant):
 def test_a_step_that_cannot_be_made_says_so_and_leaves_the_state(wrong, plant):
     """A root of a negative number or a division by zero may stop a controller."""
     st = function_block("M8", plant)
-    st(
-        **(
-            {"u": 5.0, "v": 1.0, "p_a_start": 5e5, "p_b_start": 5e5, "h": H, "restart": True}
-            | wrong
-        )
-    )
+    st(**({"u": 5.0, "v": 1.0, "p_a_start": 5e5, "p_b_start": 5e5, "h": H, "restart": True} | wrong))
     before = st["state"]
     st(restart=False)
     assert st["failed"] and np.array_equal(st["state"], before, equal_nan=True)
