@@ -65,7 +65,7 @@ def block(system: System, precision: str) -> Unit:
     piston_names = [name for name in system.inputs if name not in ("x", "v")]
     piston_names += ["x", "v", "P_A", "P_B"] * system.piston + ["opening"] * ("opening" in system.states)
     places = ("x_middle", "v_middle", "x_last", "v_last", "x_mid", "v_mid", "x_end", "v_end")
-    places += ("left", "length", "fastest")
+    places += ("remaining", "length", "fastest")
     new = ("P_A_after", "P_B_after") * system.piston
     internal = [
         *(Variable(f"{name}_before", real) for name in system.inputs),
