@@ -229,10 +229,7 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
         # The temperature of eq (6), or of an isentropic change, follows the pressure.
         def slope(exponent: Any, ratio: Any, excess: Any) -> Any:
             if excess >= 0:
-                wide = min(2 * exponent, 1.0)
-                if row.mixing or not model or model.temperature == "constant":
-                    return wide
-                return wide - min(2 * a * (1 - ratio) / max(ratio, 0.1), 1.0)
+                return min(2 * exponent, 1.0)
             return (2 + a) * (1 - ratio) + 2 * exponent * ratio
 
         add(f"slope_{at}", slope, f"exponent_{at} ratio_{at} excess_{at}", "d ln(m) / d ln(q)")
@@ -250,13 +247,21 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
             "Pa: resists drop q^2 + gain slope q equals it, q in roots of drop",
         )
 
-        def root(rest: Any, resists: Any, drop: Any, gain: Any, slope: Any) -> Any:
+        warms = model and model.temperature != "constant" and not row.mixing  # incoming air, with the pressure
+
+        def root(rest: Any, resists: Any, drop: Any, gain: Any, slope: Any, *filling: Any) -> Any:
+            square = resists * drop
+            if warms:
+                excess, P = filling
+                more = min(a * gain / P, resists / 2) * drop if excess >= 0 else 0.0
+                square, rest = square - more, rest - more
             if rest > 0:
                 linear = gain * slope
-                return 2 * rest / (linear + (linear**2 + 4 * resists * drop * rest) ** 0.5)
+                return 2 * rest / (linear + (linear**2 + 4 * square * rest) ** 0.5)
             return 0.0
 
-        add(f"q_{at}", root, f"rest_{at} resists_{at} drop_{at} gain_{at} slope_{at}", "1")
+        filling = f" excess_{at} {P_guess}" if warms else ""
+        add(f"q_{at}", root, f"rest_{at} resists_{at} drop_{at} gain_{at} slope_{at}{filling}", "1")
 
         def solved(q: Any, *known: Any) -> tuple[Any, ...]:
             excess, P_port, drop, resists, energy, V, s, *leaks = known
@@ -308,13 +313,29 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
 
 def _kicked(v: Any, F: Any, s: Any, cylinder: Cylinder) -> Any:
     """Velocity after s seconds of a force F, N, with viscous and Coulomb friction, both implicit."""
-    momentum, heavy = cylinder.M * v + s * (F - cylinder.k_f * v / 2), cylinder.M + s * cylinder.k_f / 2
+    pull, heavy = F - cylinder.k_f * v / 2, cylinder.M + s * cylinder.k_f / 2
     if not cylinder.coulomb:
-        return momentum / heavy
-    held = s * cylinder.coulomb
-    if momentum > held:
-        return (momentum - held) / heavy
-    return (momentum + held) / heavy if momentum < -held else 0.0
+        return (cylinder.M * v + s * pull) / heavy
+    for sign in (1, -1):
+        slides = sign * (cylinder.M * v + s * pull) - s * cylinder.coulomb
+        if sign * v > 0 and slides > 0:
+            return sign * slides / heavy
+    for sign in (1, -1):
+        push = sign * pull - cylinder.coulomb
+        if push > 0:
+            stops = -sign * cylinder.M * v / (sign * pull + cylinder.coulomb)  # s; then it moves the other way
+            return sign * push * (s - stops) / heavy
+    return 0.0
+
+
+def _started(F_before: Any, F_after: Any, s: Any, cylinder: Cylinder) -> Any:
+    """Velocity after s seconds of a force that at first is held, and changes linearly."""
+    for sign in (1, -1):
+        push = sign * F_after - cylinder.coulomb
+        if push > 0:
+            part = min(push / (sign * (F_after - F_before)), 1.0)  # of s, in which the piston moves
+            return sign * part * s * push / 2 / (cylinder.M + part * s * cylinder.k_f / 2)
+    return 0.0
 
 
 def _net_force(P_A: Any, P_B: Any, force: Any, cylinder: Cylinder) -> Any:
@@ -356,15 +377,17 @@ def piston_before(plant: Plant) -> list[Equation]:
 
 
 def piston_after(plant: Plant) -> list[Equation]:
-    """Equation from (x_after, stop, v, F_before, s_part) and the new pressures to v_after."""
+    """Equation from (x_after, stop, v, v_free, F_before, s_part) and the new pressures to v_after."""
     cylinder = plant.cylinder
 
-    def after(x: Any, stop: Any, v: Any, F_before: Any, F: Any, s: Any) -> Any:
+    def after(x: Any, stop: Any, v: Any, v_free: Any, F_before: Any, F: Any, s: Any) -> Any:
         if stop > 1.5:  # plastic impact
             return 0.0
         if stop > 0.5:
-            away = _kicked(0.0, F, s, cylinder)
+            away = _started(F_before, F, s, cylinder)
             return min(away, 0.0) if x >= cylinder.x_max else max(away, 0.0)
+        if cylinder.coulomb and v == 0 and v_free == 0:
+            return _started(F_before, F, s, cylinder)
         return _kicked(v, (F_before + F) / 2, s, cylinder)
 
     return [
@@ -375,7 +398,7 @@ def piston_after(plant: Plant) -> list[Equation]:
             "N, eq (3)",
         ),
         Equation(
-            ("v_after",), after, ("x_after", "stop", "v", "F_before", "F_after", "s_part"), "m/s, eq (3)"
+            ("v_after",), after, ("x_after", "stop", "v", "v_free", "F_before", "F_after", "s_part"), "m/s, eq (3)"
         ),
     ]
 

@@ -72,7 +72,7 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
     if system.piston:
         piston = statements(piston_equations(plant), {"dx_dt", "dv_dt"})
         stops = statements(stop_equations(plant), {"x_after", "v_after"})
-        before = statements(piston_before(plant), {"x_after", "s_part", "stop", "F_before"})
+        before = statements(piston_before(plant), {"x_after", "s_part", "stop", "F_before", "v_free"})
         after = statements(piston_after(plant), {"v_after"})
     row = chamber_substep(
         system.model, Symbol("n", real=True), plant, system.valve, limit=system.proportional
