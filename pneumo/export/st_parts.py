@@ -101,7 +101,8 @@ class Text(CodePrinter):
         """Text of an operand, in parentheses where it needs them."""
         if item.is_Rational and item.is_nonnegative:  # printed as a decimal number
             return self.doprint(item)
-        return str(super().parenthesize(item, level, strict))
+        text = str(super().parenthesize(item, level, strict))
+        return f"({text})" if item.is_Pow and item.exp == 2 else text  # a square is printed as a product
 
     def _print_Symbol(self, expr: Any) -> str:
         return self.name(expr.name)
@@ -117,8 +118,8 @@ class Text(CodePrinter):
             return number(float(expr), self.precision)
         if exponent == -1:
             return f"1.0/{self.parenthesize(base, precedence(expr))}"
-        if exponent == 2 and base.is_Symbol:
-            return "*".join([self._print(base)] * 2)
+        if exponent == 2:
+            return "*".join([self.parenthesize(base, precedence(expr))] * 2)
         if exponent == S.Half:
             return f"SQRT({self._print(base)})"
         if exponent == -S.Half:
