@@ -23,7 +23,7 @@ from pneumo.physics.models import Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas, Valve, choked_flow, limited, port_flows
 from pneumo.physics.valve_dynamics import ValveDynamics, beyond_dead_band
 
-LONGEST, SHORTEST = 5e-4, 1e-4  # s, of substeps
+LONGEST, SHORTEST = 5e-4, 9.1e-5  # s, of substeps: at most eleven in 1 ms
 PACE = 0.035  # of a chamber's volume: what may flow or be displaced in a substep that is not the shortest
 STAGE = 1 - 0.5**0.5  # of a substep: time of the first stage, and weight of the implicit term in both
 LEAST_DROP = 1e-4  # of the port's pressure: below it the flow is proportional to q, within as much
@@ -253,7 +253,9 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
             square = resists * drop
             if warms:
                 excess, P = filling
-                more = min(a * gain / P, resists / 2) * drop if excess >= 0 else 0.0
+                # At mid the guess is the pressure before: the slope is that of a secant.
+                ahead = (1 - a) / 2 * gain if at == "mid" else 0.0
+                more = min(a * gain / (P + ahead), resists / 2) * drop if excess >= 0 else 0.0
                 square, rest = square - more, rest - more
             if rest > 0:
                 linear = gain * slope
@@ -333,7 +335,7 @@ def _started(F_before: Any, F_after: Any, s: Any, cylinder: Cylinder) -> Any:
     for sign in (1, -1):
         push = sign * F_after - cylinder.coulomb
         if push > 0:
-            part = min(push / (sign * (F_after - F_before)), 1.0)  # of s, in which the piston moves
+            part = push / max(sign * (F_after - F_before), push)  # of s, in which the piston moves
             return sign * part * s * push / 2 / (cylinder.M + part * s * cylinder.k_f / 2)
     return 0.0
 
