@@ -23,6 +23,7 @@ from numpy.polynomial import Polynomial
 
 from pneumo import MODELS
 from pneumo.configuration.parameters import load, study
+from pneumo.equations.substep import LENGTHS
 from pneumo.equations.system import FULL_ORDER, System, rates, system
 from pneumo.export import exported, write_files
 from pneumo.physics.models import lane
@@ -257,6 +258,14 @@ def with_polynomial(source: str, polynomial: Polynomial, precision: str) -> str:
     return source
 
 
+def with_shortest_substeps(files: dict[str, str]) -> dict[str, str]:
+    """C files of a model in single precision all of whose substeps are as short as they can be."""
+    longest, shortest = (f"{LENGTHS[name]:g}f" for name in ("longest", "shortest"))
+    return {
+        name: text.replace(longest, shortest) if name.endswith(".c") else text for name, text in files.items()
+    }
+
+
 def _table(name: str, rows: np.ndarray, precision: str) -> str:
     """Declaration of an array in C."""
     suffix = "f" if precision == "float" else ""
@@ -391,7 +400,11 @@ def costs(shared: bool) -> dict[str, Any]:
     for part, precision in product(PARTS, ("double", "float")):
         of_part = results["rows"].setdefault(part, {}).setdefault(precision, {})
         for name, files in programs(recording, precision, part):
-            of_part[name] = measured(name, files, has_arm and precision == "float")
+            on_arm = has_arm and precision == "float"
+            of_part[name] = measured(name, files, on_arm)
+            if on_arm and part == "chambers":
+                most = measured(name, with_shortest_substeps(files), on_arm)
+                of_part[name]["most_instructions"] = most["instructions"]
             print(part, precision, name, of_part[name], flush=True)
     return results
 

@@ -1,5 +1,7 @@
-"""Tables of the cost of an exported step, from pneumo/export/cost.json."""
+"""Tables of exported steps: cost, from pneumo/export/cost.json, and strokes, from static/strokes.json."""
 
+import json
+from pathlib import Path
 from typing import Any
 
 from fragments import table
@@ -7,12 +9,26 @@ from fragments import table
 from benchmarks.exported_c import POLYNOMIAL
 from pneumo.equations.system import FULL_ORDER
 
+STROKES = Path(__file__).parent / "static/strokes.json"
 KINDS = {"add": "+ −", "multiply": "×", "divide": "÷", "root": "root", "power": "power"}
 NAMES = {FULL_ORDER: "full order"}
 
 
 def _name(row: str) -> str:
     return NAMES.get(row, row.replace(POLYNOMIAL, ", polynomial"))
+
+
+def strokes() -> str:
+    """Table of the largest differences of strokes from vented to rest, by row."""
+    rows = json.loads(STROKES.read_text(encoding="utf-8"))
+    cells = list[list[str]]()
+    for row, kinds in rows.items():
+        cells.append([_name(row)])
+        for kind in kinds.values():
+            cells[-1] += [f"{kind['kept']} of {kind['strokes']}", f"{1e-3 * kind['pressure']:.2f}"]
+            cells[-1].append(f"{kind['temperature']:.2f}" if row == FULL_ORDER else "")
+    of_each = ["within 0.5 kPa and 1 K", "pressure (kPa)", "temperature (K)"]
+    return table(["row", *of_each, *(f"shut while moving: {head}" for head in of_each)], cells)
 
 
 def _count(value: float) -> str:
@@ -31,7 +47,9 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
         double, single = (chambers[precision][row] for precision in ("double", "float"))
         cells = [_name(row)]
         cells += [_count(at["ns"]) for at in (double, single)]
-        cells.append(_count(single["instructions"]))
+        cells += [
+            _count(single[key]) if key in single else "" for key in ("instructions", "most_instructions")
+        ]
         steps.append([*cells, _count(single["code_bytes"]), _count(single["stack_bytes"])])
     others = [
         [_name(row)]
@@ -54,12 +72,13 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
         states = f"{double['states']}"
         observers.append([_name(row), states, *ns, _count(single["instructions"]), *bytes_of])
     of_observers = ["observer", "states", "double (ns)", "float (ns)", "Cortex-M4F", "code (bytes)"]
-    heads = ["row", "double (ns)", "float (ns)", "Cortex-M4F", "code (bytes)", "stack (bytes)"]
+    heads = ["row", "double (ns)", "float (ns)", "Cortex-M4F", "most", "code (bytes)", "stack (bytes)"]
     with_piston = ["with piston, double (ns)", "with piston, Cortex-M4F"]
     without = ["no valve, double (ns)", "no valve, Cortex-M4F"]
     return {
         "operations": table(["row", *KINDS.values()], operations),
         "steps": table(heads, steps),
+        "strokes": strokes(),
         "observers": table([*of_observers, "stack (bytes)", "estimate (bytes)"], observers),
         "parts": table(["row", *with_piston, *without], others),
     }
@@ -69,6 +88,7 @@ def numbers(cost: dict[str, Any]) -> dict[str, str]:
     """Numbers of the sentences about cost by name."""
     single = cost["rows"]["chambers"]["float"]
     full, *others = (single[row]["instructions"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL))
+    full_row = single[FULL_ORDER]
     cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]
     names = [f"full over {name} instructions" for name in ("M8", "M6", "M8 polynomial")]
     return {
@@ -76,7 +96,8 @@ def numbers(cost: dict[str, Any]) -> dict[str, str]:
         "processor": " ".join(cost["processor"].split()),
         "shared": "while other programs ran on it" if cost["shared"] else "otherwise idle",
         "compilers": "; ".join([cost["compiler"], *cost["arm"]]),
-        "observer over step": f"{cycle / single['M8']['instructions']['RK4']:.1f}",
+        "observer over step": f"{cycle / single['M8']['instructions']:.1f}",
+        "most over mean": f"{full_row['most_instructions'] / full_row['instructions']:.1f}",
         "degree": str(cost["polynomial"]["degree"]),
         "polynomial error": f"{cost['polynomial']['largest_relative_error']:.0e}",
     } | {name: f"{full / other:.2f}" for name, other in zip(names, others, strict=True)}

@@ -141,7 +141,13 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
 
         other = " P_other" if restrictions.leak else ""
         add(f"A_t P_port{other}", opened, command, "m^2, Pa, eq (2)")
-    add("area_ratio", lambda x: heat_area(x, cylinder) / A_q0, "x_mid", "A_q(x)/A_q(0)")
+    half = (0.5 - STAGE) / (1 - STAGE)  # of the way from the first stage to the end
+    add(
+        "area_ratio",
+        lambda x_mid, x_end: heat_area(x_mid + half * (x_end - x_mid), cylinder) / A_q0,
+        "x_mid x_end",
+        "A_q(x)/A_q(0) at half the substep",
+    )
 
     def heat(P: Any, T: Any, area_ratio: Any) -> Any:
         conductance = wall_conductance(k_0, area_ratio, P * T / (c.P_0 * c.T_0), row.e_A, row.e_PT)
@@ -159,9 +165,8 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
     def named(first: str, at: str, flows: str) -> str:
         return " ".join(f"{name}_{at}" for name in wanted(first, *flows.split()))
 
-    def stage(at: str, P_guess: str, T_guess: str, base: str, heated: str) -> None:
+    def stage(at: str, P_guess: str, T_guess: str, base: str) -> None:
         """Equations of P_at, m_in_at and m_out_at that solve P = base + STAGE s dP_dt(P)."""
-        add(f"heat_{at}", heat, f"{heated} area_ratio", "W, wall heat")
 
         def fixed(P: Any, s: Any, V: Any, growth: Any, heat: Any, *leak: Any) -> tuple[Any, Any]:
             w = STAGE * s / V
@@ -247,7 +252,9 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
             "Pa: resists drop q^2 + gain slope q equals it, q in roots of drop",
         )
 
-        warms = model and model.temperature != "constant" and not row.mixing  # incoming air, with the pressure
+        warms = (
+            model and model.temperature != "constant" and not row.mixing
+        )  # incoming air, with the pressure
 
         def root(rest: Any, resists: Any, drop: Any, gain: Any, slope: Any, *filling: Any) -> Any:
             square = resists * drop
@@ -277,14 +284,22 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
         known = f"q_{at} excess_{at} P_port drop_{at} resists_{at} energy_{at} space_{at} s{leaks}"
         add(named("P", at, "m_in m_out"), solved, known, "Pa" if model else "Pa, kg/s")
 
-    stage("mid", "P", "T", "P", "P T")
+    add("heat_mid", heat, "P T area_ratio", "W, wall heat: explicit, as it is slow")
+    stage("mid", "P", "T", "P")
     further = 1 / STAGE - 1
+
+    def later() -> None:
+        """Equations of the second stage's wall heat, which makes the mean of both that at half the substep."""
+        add("heat_next", heat, "P_mid T_mid area_ratio", "W")
+        add("heat_end", lambda mid, after: after + 2 * further * (after - mid), "heat_mid heat_next", "W")
+
     add("base", lambda P, P_mid: max(P + further * (P_mid - P), P_mid / 2), "P P_mid", "Pa")
     add("P_guess", lambda P, P_mid: max(P + (P_mid - P) / STAGE, P_mid / 2), "P P_mid", "Pa, at the end")
     if model:
         add("T_mid", lambda T, P, P_mid: _adiabatic(T, P, P_mid, a), "T P P_mid", "K, nearly eq (6)")
         add("T_guess", lambda T, P, P_guess: _adiabatic(T, P, P_guess, a), "T P P_guess", "K, nearly eq (6)")
-        stage("end", "P_guess", "T_guess", "base", "P_mid T_mid")
+        later()
+        stage("end", "P_guess", "T_guess", "base")
         add("P_after", lambda P: P, "P_end", "Pa")
         return equations
 
@@ -298,13 +313,15 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
         P, T, mass, P_new, V, s, m_in, m_out, heat = known
         if weight * s * (m_out - m_in) <= LEAST_LOSS * mass:
             return P_new * V / (gas.R * (mass + weight * s * (m_in - m_out)))  # mass balance
-        return _adiabatic(T, P, P_new, a) + a * weight * s * heat / (mass * gas.R)  # entropy
+        work = (P_new * V + mass * gas.R * T) / 2
+        return _adiabatic(T, P, P_new, a) * (1 + a * weight * s * heat / work)  # entropy
 
     known = "P T mass P_mid air_mid s m_in_mid m_out_mid heat_mid"
     add("T_mid", lambda *known: warmed(STAGE, *known), known, "K")
     extrapolated = lambda T, T_mid: min(max(T + (T_mid - T) / STAGE, T / 2), 2 * T)  # noqa: E731
     add("T_guess", extrapolated, "T T_mid", "K, at the end")
-    stage("end", "P_guess", "T_guess", "base", "P_mid T_mid")
+    later()
+    stage("end", "P_guess", "T_guess", "base")
     add("P_after", lambda P: P, "P_end", "Pa")
     for name in ("m_in", "m_out", "heat"):
         add(name, lambda mid, end: (1 - STAGE) * mid + STAGE * end, f"{name}_mid {name}_end", "mean")
@@ -325,7 +342,9 @@ def _kicked(v: Any, F: Any, s: Any, cylinder: Cylinder) -> Any:
     for sign in (1, -1):
         push = sign * pull - cylinder.coulomb
         if push > 0:
-            stops = -sign * cylinder.M * v / (sign * pull + cylinder.coulomb)  # s; then it moves the other way
+            stops = (
+                -sign * cylinder.M * v / (sign * pull + cylinder.coulomb)
+            )  # s; then it moves the other way
             return sign * push * (s - stops) / heavy
     return 0.0
 
@@ -400,7 +419,10 @@ def piston_after(plant: Plant) -> list[Equation]:
             "N, eq (3)",
         ),
         Equation(
-            ("v_after",), after, ("x_after", "stop", "v", "v_free", "F_before", "F_after", "s_part"), "m/s, eq (3)"
+            ("v_after",),
+            after,
+            ("x_after", "stop", "v", "v_free", "F_before", "F_after", "s_part"),
+            "m/s, eq (3)",
         ),
     ]
 
