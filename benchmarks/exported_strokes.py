@@ -1,8 +1,8 @@
-"""Strokes from vented to rest by exported C: ``python -m benchmarks.exported_strokes`` writes a file for the docs.
+"""Strokes from vented to rest by exported C: ``python -m benchmarks.exported_strokes`` writes a table.
 
 Both chambers of `pneumo init`'s cylinder begin vented, with the piston retracted or extended. The valve opens
-fully. It stays open, shuts when the piston rests, or shuts while it moves. The reference is the same method in
-steps of 10 us, which the tests compare with an implicit solver on independent equations.
+fully. It stays open, shuts when the piston rests, or shuts while it moves. The reference is the same method
+in steps of 10 us, which the tests compare with an implicit solver on independent equations.
 """
 
 import json
@@ -40,9 +40,10 @@ int main(void)
     while (scanf("%lf %lf %lf %lf %lf %lf", &k_xu, &V_d, &P_s, &sign, &shut, &h) == 6) {{
         {M}_parameters p = {M}_defaults;
         {sizes}
-        double state[2][{M}_STATES], off[2] = {{0, 0}}, t = 0;
-        for (int i = 0; i < {M}_STATES; i++)
-            state[0][i] = state[1][i] = i == {M}_x ? -sign*p.x_max : i == {M}_v ? 0 : (i - {M}_P_A) % (({M}_STATES - 2)/2) ? {T_amb!r} : p.P_atm;
+        double state[2][{M}_STATES] = {{{{0}}}}, off[2] = {{0, 0}}, t = 0;
+        for (int i = {M}_P_A; i < {M}_STATES; i++)
+            state[0][i] = state[1][i] = (i - {M}_P_A) % (({M}_STATES - 2)/2) ? {T_amb!r} : p.P_atm;
+        state[0][{M}_x] = state[1][{M}_x] = -sign*p.x_max;
         int failed = 0;
         while (t < 3.5) {{
             const double inputs[{M}_INPUTS] = {{t < shut - 1e-6 ? sign*p.u_max : 0, 0}};
@@ -93,7 +94,7 @@ def template_plant() -> Plant:
 
 
 def strokes(row: str, plant: Plant, h: float, cases: list[tuple[float, ...]]) -> list[Stroke]:
-    """Strokes of a model, or of the full order, in steps of h s; cases are `SIZES` and when the valve shuts."""
+    """Strokes of a model, or of the full order, in steps of h s; cases are sizes and when the valve shuts."""
     lines = list[str]()
     for C, V_d, P_s, *motion in cases:
         chosen = sized(plant, C, V_d, P_s)

@@ -5,7 +5,7 @@ from fragments import table
 from scipy.integrate import solve_ivp
 
 from benchmarks.exported_strokes import N, template_plant
-from pneumo.equations.system import rates, system
+from pneumo.equations.system import System, rates, system
 
 RATIOS = 0.5, 0.75, 1.0, 1.2  # P/P_0, beside the atmosphere's
 LIMITS = 1e3, 5e3, 20e3  # Pa
@@ -20,7 +20,7 @@ def tables() -> dict[str, str]:
     for name in ("M7", "M10"):  # closed and in mid-stroke, M8 and M9 are as M7
         closed = system(name, N, plant, valve=False)
 
-        def rate(_t: float, P: np.ndarray, closed=closed) -> list[float]:
+        def rate(_t: float, P: np.ndarray, closed: System = closed) -> list[float]:
             return [rates(closed, [P[0]] * 2, [0.0] * 4)[0]]
 
         for row, ratio in zip(rows, (c.P_atm / c.P_0, *RATIOS), strict=True):

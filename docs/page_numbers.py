@@ -13,6 +13,7 @@ from typing import Any
 
 import cluster
 import cost
+import drift
 import fit_bench
 import measured_air
 import measurements
@@ -63,6 +64,7 @@ def from_kept_files() -> Numbers:
         },
         "cluster": named(cluster.numbers(fleet, slurm), cluster.tables(fleet, slurm)),
         "cost": named(cost.numbers(steps), cost.tables(steps)),
+        "drift": named({}, drift.tables()),
         "fit_bench": named(fit_bench.numbers(bench), fit_bench.tables(bench)),
         "measured_air": named(
             measured_air.numbers(air),

@@ -28,6 +28,7 @@ PACE = 0.035  # of a chamber's volume: what may flow or be displaced in a subste
 STAGE = 1 - 0.5**0.5  # of a substep: time of the first stage, and weight of the implicit term in both
 LEAST_DROP = 1e-4  # of the port's pressure: below it the flow is proportional to q, within as much
 LEAST_LOSS = 1e-6  # of the mass, in a substep: below it nothing flows out
+LENGTHS = {"longest": LONGEST, "shortest": SHORTEST, "pace": PACE}
 AT_STOP = 1e-6  # of the stroke: nearer to a stop the piston is on it
 
 
@@ -53,9 +54,6 @@ def flow_and_exponent(A_t: Any, P_u: Any, ratio: Any, T_u: Any, gas: Gas, valve:
     if valve.laminar and drop < valve.laminar:
         m, exponent = m * (drop / valve.laminar) ** 0.5, exponent + 0.5
     return m, exponent
-
-
-LENGTHS = {"longest": LONGEST, "shortest": SHORTEST, "pace": PACE}
 
 
 def _adiabatic(T: Any, P_before: Any, P_after: Any, a: Any) -> Any:
@@ -252,9 +250,8 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
             "Pa: resists drop q^2 + gain slope q equals it, q in roots of drop",
         )
 
-        warms = (
-            model and model.temperature != "constant" and not row.mixing
-        )  # incoming air, with the pressure
+        # Whether incoming air becomes warmer with the pressure.
+        warms = model and model.temperature != "constant" and not row.mixing
 
         def root(rest: Any, resists: Any, drop: Any, gain: Any, slope: Any, *filling: Any) -> Any:
             square = resists * drop
@@ -289,7 +286,7 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
     further = 1 / STAGE - 1
 
     def later() -> None:
-        """Equations of the second stage's wall heat, which makes the mean of both that at half the substep."""
+        """Equations of the second stage's wall heat: the mean of both is that at half the substep."""
         add("heat_next", heat, "P_mid T_mid area_ratio", "W")
         add("heat_end", lambda mid, after: after + 2 * further * (after - mid), "heat_mid heat_next", "W")
 
@@ -342,9 +339,8 @@ def _kicked(v: Any, F: Any, s: Any, cylinder: Cylinder) -> Any:
     for sign in (1, -1):
         push = sign * pull - cylinder.coulomb
         if push > 0:
-            stops = (
-                -sign * cylinder.M * v / (sign * pull + cylinder.coulomb)
-            )  # s; then it moves the other way
+            # First it stops, after this time.
+            stops = -sign * cylinder.M * v / (sign * pull + cylinder.coulomb)
             return sign * push * (s - stops) / heavy
     return 0.0
 
