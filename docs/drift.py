@@ -29,7 +29,7 @@ def tables() -> dict[str, str]:
             t = np.geomspace(1e-4, LONGEST, 2000)
             off = np.abs(run.sol(t)[0] - P)
             times = [f"{t[np.argmax(off > limit)]:.2g}" for limit in LIMITS if off[-1] > limit]
-            row += [f"{1e-3 * rate(0, [P])[0]:.0f}", ", ".join(times) or "never"]
+            row += [f"{1e-3 * rate(0, np.array([P]))[0]:.0f}", ", ".join(times) or "never"]
     heads = [
         head for name in ("M7 to M9", "M10") for head in (f"{name} (kPa/s)", "1, 5, 20 kPa off after (s)")
     ]
