@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from shutil import which
@@ -23,7 +23,8 @@ from numpy.polynomial import Polynomial
 
 from pneumo import MODELS
 from pneumo.configuration.parameters import load, study
-from pneumo.equations.system import FULL_ORDER, METHODS, System, rates, system
+from pneumo.equations.substep import LENGTHS
+from pneumo.equations.system import FULL_ORDER, System, rates, system
 from pneumo.export import exported, write_files
 from pneumo.physics.models import lane
 from pneumo.physics.valve import chamber_flows
@@ -48,28 +49,26 @@ MAIN = """\
 %(signals)s
 int main(void)
 {
-    for (int method = 0; method < %(methods)d; method++) {
-        double best = 1e300;
-        for (int run = 0; run < %(runs)d; run++) {
-            %(f)s y[] = {%(start)s};
-            struct timespec from, to;
-            clock_gettime(CLOCK_MONOTONIC, &from);
+    double best = 1e300;
+    for (int run = 0; run < %(runs)d; run++) {
+        %(f)s y[] = {%(start)s};
+        struct timespec from, to;
+        clock_gettime(CLOCK_MONOTONIC, &from);
 %(work)s
-            clock_gettime(CLOCK_MONOTONIC, &to);
-            const double ns = 1e9 * (double)(to.tv_sec - from.tv_sec) + (double)(to.tv_nsec - from.tv_nsec);
-            if (!(y[%(M)s_P_A] > 0))
-                return 1;
-            if (ns < best)
-                best = ns;
-        }
-        printf("%%.1f\\n", best / %(steps)d);
+        clock_gettime(CLOCK_MONOTONIC, &to);
+        const double ns = 1e9 * (double)(to.tv_sec - from.tv_sec) + (double)(to.tv_nsec - from.tv_nsec);
+        if (!(y[%(M)s_P_A] > 0))
+            return 1;
+        if (ns < best)
+            best = ns;
     }
+    printf("%%.1f\\n", best / %(steps)d);
     return 0;
 }
 """
 WORK = """\
             for (int k = 0; k < %(steps)d; k++)
-                %(M)s_step(&%(M)s_defaults, method, signals[k], signals[k + 1], (%(f)s)1e-3, y);"""
+                %(M)s_step(&%(M)s_defaults, signals[k], signals[k + 1], (%(f)s)1e-3, y);"""
 OBSERVE = """\
             %(M)s_estimate e;
             const %(f)s P = y[%(M)s_P_A];
@@ -125,14 +124,12 @@ void reset(void)
 
 int main(void)
 {
-    for (int method = 0; method < %(methods)d; method++) {
-        %(f)s y[] = {%(start)s};
-        timer[0] = 0;
-        timer[1] = timer[2] = 0xffffffff;
-        timer[0] = 1;
+    %(f)s y[] = {%(start)s};
+    timer[0] = 0;
+    timer[1] = timer[2] = 0xffffffff;
+    timer[0] = 1;
 %(work)s
-        print(y[%(M)s_P_A] > 0 ? 0xffffffff - timer[1] : 0);
-    }
+    print(y[%(M)s_P_A] > 0 ? 0xffffffff - timer[1] : 0);
     return 0;
 }
 """
@@ -256,9 +253,17 @@ def with_polynomial(source: str, polynomial: Polynomial, precision: str) -> str:
     root = f"const {precision} root = sqrt{suffix}(sqrt{suffix}(P/p->P_0));"
     line = f"{root}\n    const {precision} T = p->T_0*{horner}; /* K, eq (6) */"
     source, count = re.subn(rf"const {precision} T = .*; /\* K, eq \(6\) \*/", lambda _: line, source)
-    if count != 1:
-        raise ValueError(f"{count} statements of eq (6) in the exported C, not one")
+    if count != 2:
+        raise ValueError(f"{count} statements of eq (6) in the exported C, not two")  # rates and substep
     return source
+
+
+def with_shortest_substeps(files: dict[str, str]) -> dict[str, str]:
+    """C files of a model in single precision all of whose substeps are as short as they can be."""
+    longest, shortest = (f"{LENGTHS[name]:g}f" for name in ("longest", "shortest"))
+    return {
+        name: text.replace(longest, shortest) if name.endswith(".c") else text for name, text in files.items()
+    }
 
 
 def _table(name: str, rows: np.ndarray, precision: str) -> str:
@@ -275,11 +280,11 @@ def observer_programs(recording: Recording, precision: str) -> Iterator[tuple[st
     for name in (*MODELS, FULL_ORDER):
         chosen = system(name, N, recording.plant, piston=True)
         start = chosen.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
-        words = {"M": name, "f": precision, "methods": 1, "steps": STEPS, "runs": RUNS}
+        words = {"M": name, "f": precision, "steps": STEPS, "runs": RUNS}
         words["signals"] = _table("signals", signals_of(recording, chosen), precision)
         words["signals"] += _table("readings", read, precision)
         words["start"] = ", ".join(f"{value:.9e}{suffix}" for value in start)
-        words["work"] = "(void)method;\n" + OBSERVE % words
+        words["work"] = OBSERVE % words
         files = exported(name, N, recording.plant, "c", precision=precision, observer=SENSORS)
         texts = {file: text.decode() for file, text in files.items() if "_test" not in file}
         yield name, texts | {"main.c": MAIN % words, "arm.c": ARM_MAIN % words, "arm.ld": LINKER_SCRIPT}
@@ -295,7 +300,7 @@ def programs(recording: Recording, precision: str, part: str) -> Iterator[tuple[
         signals = signals_of(recording, chosen)
         start = chosen.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
         table = _table("signals", signals, precision)
-        words = {"M": name, "f": precision, "methods": len(METHODS), "steps": STEPS, "runs": RUNS}
+        words = {"M": name, "f": precision, "steps": STEPS, "runs": RUNS}
         words |= {"start": ", ".join(f"{value:.9e}{suffix}" for value in start), "signals": table}
         words["work"] = WORK % words
         files = exported(name, N, recording.plant, "c", precision=precision, valve=valve, piston=piston)
@@ -311,16 +316,13 @@ def _run(folder: str, command: list[str]) -> str:
     return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
 
 
-def measured(
-    name: str, files: dict[str, str], arm: bool, methods: Sequence[str] = tuple(METHODS)
-) -> dict[str, Any]:
-    """Costs of a row by method: ns here; and on a Cortex-M4F instructions, bytes of code and of stack."""
+def measured(name: str, files: dict[str, str], arm: bool) -> dict[str, Any]:
+    """Costs of a row: ns here; and on a Cortex-M4F instructions, bytes of code and of stack."""
     model = name.removesuffix(POLYNOMIAL)
     with TemporaryDirectory() as folder:
         write_files({file: text.encode() for file, text in files.items()}, Path(folder))
         _run(folder, ["gcc", *CC, "main.c", f"{model}.c", "-lm", "-o", "main"])
-        ns = [float(line) for line in _run(folder, ["./main"]).split()]
-        costs: dict[str, Any] = {"ns": dict(zip(methods, ns, strict=True))}
+        costs: dict[str, Any] = {"ns": float(_run(folder, ["./main"]))}
         if arm:
             compiler = ["arm-none-eabi-gcc", *ARM, *CC]
             _run(folder, [*compiler, "-fstack-usage", "-c", f"{model}.c", "-o", "model.o"])
@@ -334,11 +336,10 @@ def measured(
                 text=True,
                 timeout=60,
             )
-            ticks = [int(line) for line in told.stderr.split()]  # where the machine's host prints
-            if not all(ticks):
+            ticks = int(told.stderr)  # where the machine's host prints
+            if not ticks:
                 raise ValueError(f"{name}: failed on the Cortex-M4F")
-            per_step = [INSTRUCTIONS_PER_TICK * number / STEPS for number in ticks]
-            costs["instructions"] = dict(zip(methods, per_step, strict=True))
+            costs["instructions"] = INSTRUCTIONS_PER_TICK * ticks / STEPS
             sizes = _run(folder, ["arm-none-eabi-size", "model.o"]).splitlines()[1].split()
             costs["code_bytes"] = int(sizes[0])
             usage = Path(folder, "model.su").read_text(encoding="utf-8").splitlines()
@@ -360,7 +361,7 @@ def observer_costs(shared: bool) -> dict[str, Any]:
         of_precision = results["rows"].setdefault(precision, {})
         for name, files in observer_programs(recording, precision):
             states = len(system(name, N, recording.plant, piston=True).states)
-            cost = measured(name, files, has_arm and precision == "float", ["cycle"])
+            cost = measured(name, files, has_arm and precision == "float")
             of_precision[name] = {"states": states, "estimate_bytes": size * (states + states**2)} | cost
             print("observer", precision, name, of_precision[name], flush=True)
     return results
@@ -399,7 +400,11 @@ def costs(shared: bool) -> dict[str, Any]:
     for part, precision in product(PARTS, ("double", "float")):
         of_part = results["rows"].setdefault(part, {}).setdefault(precision, {})
         for name, files in programs(recording, precision, part):
-            of_part[name] = measured(name, files, has_arm and precision == "float")
+            on_arm = has_arm and precision == "float"
+            of_part[name] = measured(name, files, on_arm)
+            if on_arm and part == "chambers":
+                most = measured(name, with_shortest_substeps(files), on_arm)
+                of_part[name]["most_instructions"] = most["instructions"]
             print(part, precision, name, of_part[name], flush=True)
     return results
 

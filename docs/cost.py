@@ -1,17 +1,33 @@
-"""Tables of the cost of an exported step, from pneumo/export/cost.json."""
+"""Tables of exported steps: cost, from pneumo/export/cost.json, and strokes, from static/strokes.json."""
 
+import json
+from pathlib import Path
 from typing import Any
 
 from benchmarks.exported_c import POLYNOMIAL
 from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.equations.system import FULL_ORDER
 
+STROKES = Path(__file__).parent / "static/strokes.json"
 KINDS = {"add": "+ −", "multiply": "×", "divide": "÷", "root": "root", "power": "power"}
 NAMES = {FULL_ORDER: "full order"}
 
 
 def _name(row: str) -> str:
     return NAMES.get(row, row.replace(POLYNOMIAL, ", polynomial"))
+
+
+def strokes() -> str:
+    """Table of the largest differences of strokes from vented to rest, by row."""
+    rows = json.loads(STROKES.read_text(encoding="utf-8"))
+    cells = list[list[str]]()
+    for row, kinds in rows.items():
+        cells.append([_name(row)])
+        for kind in kinds.values():
+            cells[-1] += [f"{kind['kept']} of {kind['strokes']}", f"{1e-3 * kind['pressure']:.2f}"]
+            cells[-1].append(f"{kind['temperature']:.2f}" if row == FULL_ORDER else "")
+    of_each = ["within 0.5 kPa and 1 K", "pressure (kPa)", "temperature (K)"]
+    return table(["row", *of_each, *(f"shut while moving: {head}" for head in of_each)], cells)
 
 
 def _count(value: float) -> str:
@@ -29,8 +45,10 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
     for row in chambers["double"]:
         double, single = (chambers[precision][row] for precision in ("double", "float"))
         cells = [_name(row)]
-        cells += [_count(at["ns"][method]) for at in (double, single) for method in ("EULER", "RK4")]
-        cells += [_count(single["instructions"][method]) for method in ("EULER", "RK4")]
+        cells += [_count(at["ns"]) for at in (double, single)]
+        cells += [
+            _count(single[key]) if key in single else "" for key in ("instructions", "most_instructions")
+        ]
         steps.append([*cells, _count(single["code_bytes"]), _count(single["stack_bytes"])])
     others = [
         [_name(row)]
@@ -38,8 +56,8 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
             _count(at)
             for part in ("chambers and piston", "chambers without valve")
             for at in (
-                parts[part]["double"][row]["ns"]["RK4"],
-                parts[part]["float"][row]["instructions"]["RK4"],
+                parts[part]["double"][row]["ns"],
+                parts[part]["float"][row]["instructions"],
             )
         ]
         for row in chambers["double"]
@@ -48,18 +66,18 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
     observers = []
     for row, double in cycles["double"].items():
         single = cycles["float"][row]
-        ns = [_count(at["ns"]["cycle"]) for at in (double, single)]
+        ns = [_count(at["ns"]) for at in (double, single)]
         bytes_of = [_count(single[key]) for key in ("code_bytes", "stack_bytes", "estimate_bytes")]
         states = f"{double['states']}"
-        observers.append([_name(row), states, *ns, _count(single["instructions"]["cycle"]), *bytes_of])
+        observers.append([_name(row), states, *ns, _count(single["instructions"]), *bytes_of])
     of_observers = ["observer", "states", "double (ns)", "float (ns)", "Cortex-M4F", "code (bytes)"]
-    heads = ["row", "double, Euler", "double, RK4", "float, Euler", "float, RK4"]
-    heads += ["Cortex-M4F, Euler", "Cortex-M4F, RK4", "code (bytes)", "stack (bytes)"]
+    heads = ["row", "double (ns)", "float (ns)", "Cortex-M4F", "most", "code (bytes)", "stack (bytes)"]
     with_piston = ["with piston, double (ns)", "with piston, Cortex-M4F"]
     without = ["no valve, double (ns)", "no valve, Cortex-M4F"]
     return {
         "table_operations": table(["row", *KINDS.values()], operations),
         "table_steps": table(heads, steps),
+        "table_strokes": strokes(),
         "table_observers": table([*of_observers, "stack (bytes)", "estimate (bytes)"], observers),
         "table_parts": table(["row", *with_piston, *without], others),
     }
@@ -68,10 +86,9 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
 def numbers(cost: dict[str, Any]) -> dict[str, str]:
     """Numbers and tables of the cost of a step, by name."""
     single = cost["rows"]["chambers"]["float"]
-    full, *others = (
-        single[row]["instructions"]["RK4"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL)
-    )
-    cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]["cycle"]
+    full, *others = (single[row]["instructions"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL))
+    full_row = single[FULL_ORDER]
+    cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]
     names = [f"full_over_{name}_instructions" for name in ("M8", "M6", "M8_polynomial")]
     return (
         tables(cost)
@@ -80,7 +97,8 @@ def numbers(cost: dict[str, Any]) -> dict[str, str]:
             "processor": " ".join(cost["processor"].split()),
             "shared": "while other programs ran on it" if cost["shared"] else "otherwise idle",
             "compilers": "; ".join([cost["compiler"], *cost["arm"]]),
-            "observer_over_step": f"{cycle / single['M8']['instructions']['RK4']:.1f}",
+            "observer_over_step": f"{cycle / single['M8']['instructions']:.1f}",
+            "most_over_mean": f"{full_row['most_instructions'] / full_row['instructions']:.1f}",
             "degree": str(cost["polynomial"]["degree"]),
             "polynomial_error": f"{cost['polynomial']['largest_relative_error']:.0e}",
         }

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import cost
+import drift
 import measured_air
 import opening_picture
 import xarray as xr
@@ -62,6 +63,7 @@ def from_kept_files() -> Numbers:
         },
         "cluster": fleet(_stored(STATIC / "fleet.json")),
         "cost": cost.numbers(_stored(STEP_COST)),
+        "drift": drift.tables(),
         "fit_bench": fit_bench(_stored(STATIC / "fit_bench.json")),
         "measured_air": measured_air.numbers(air),
         "measurements": measured_air.gas_spring_numbers(measured),

@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from pneumo.equations.system import METHODS, system
+from pneumo.equations.system import system
 from pneumo.export import exported
 
 C_COMPILER = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
@@ -43,11 +43,11 @@ class CompiledModel:
         self._rates(self._parameters, self.array(inputs), self.array(state), rates)
         return list(rates)
 
-    def step(self, method, start, end, h, state):
+    def step(self, start, end, h, state):
         """Whether a step failed, and the state after it."""
         after = self.array(state)
         arrays = self.array(start), self.array(end), self.real(h), after
-        return self._step(self._parameters, list(METHODS).index(method), *arrays), list(after)
+        return self._step(self._parameters, *arrays), list(after)
 
 
 class CompiledObserver:

@@ -141,6 +141,7 @@ def export(
     from pneumo.equations.system import system
     from pneumo.errors import InputError
     from pneumo.export import exported, write_files
+    from pneumo.export.printing import validity
 
     if to == "simulink" or (output and output.suffix == ".slx"):
         raise InputError("Simulink imports an FMU: use --to fmu --output FILE.fmu, and the block FMU Import")
@@ -173,6 +174,8 @@ def export(
     chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics)
     typer.echo(f"{', '.join(str(output.parent / name) for name in names.values())}: written")
     typer.echo(f"states {', '.join(chosen.states)}; inputs {', '.join(chosen.inputs)}")
+    if limit := validity(chosen):
+        typer.echo(f"note: {limit}")
     if to == "c":
         stem = output.with_suffix("")
         build = shlex.join(["cc", "-O2", str(output), f"{stem}_test.c", "-lm", "-o", f"{stem}_test"])

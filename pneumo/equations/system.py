@@ -6,26 +6,22 @@ from typing import Any, NamedTuple
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import complex_value
 from pneumo.equations.chamber_rate import model_and_index
-from pneumo.equations.equation_list import (
-    Equation,
-    chamber_equations,
-    piston_equations,
-    stop_equations,
-    valve_equations,
+from pneumo.equations.equation_list import Equation, chamber_equations, piston_equations, valve_equations
+from pneumo.equations.substep import (
+    STAGE,
+    chamber_pace,
+    chamber_substep,
+    piston_after,
+    piston_before,
+    substep_length,
+    valve_substep,
 )
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
-from pneumo.simulation.tableau import DORMAND_PRINCE, Tableau, explicit
 
 FULL_ORDER = "full"  # in place of a model's name
-METHODS = {  # in the order of their cost
-    "EULER": explicit([], [1], order=1),
-    "RK4": explicit([[1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1 / 6], order=4),
-    "DORMAND_PRINCE": DORMAND_PRINCE,
-}
-
 # Unit and meaning of states and inputs, without the chamber's suffix.
 QUANTITIES = {
     "u": ("V", "command, limited inside; positive connects chamber A to the supply"),
@@ -149,36 +145,78 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
     return result
 
 
-def stopped_state(system: System, state: list[float], v_before: float) -> list[float]:
-    """State after a step with the end stops applied; unchanged where the system has no piston.
+def closed_drift(system: System) -> float | None:
+    """Rate of pressure, Pa/s, of a closed chamber at rest in mid-stroke, at P_atm and the walls' temperature.
 
-    `v_before` is the velocity at the start of the step, m/s.
+    None for models that keep such a chamber as it is; of others the pressure drifts to P_0.
     """
-    if not system.piston:
-        return state
-    known = {"x": state[0], "v": state[1], "v_before": v_before}
-    _solve(stop_equations(system.plant), known)
-    return [known["x_after"], known["v_after"], *state[2:]]
+    model, c = system.model, system.plant.conditions
+    if model is None or model.temperature == "constant" or model.wall == "none":
+        return None
+    closed = system._replace(valve=False, piston=False, dynamics=PROPORTIONAL)
+    return rates(closed, [c.P_atm] * 2, [0.0] * 4)[0]
+
+
+def substep(
+    system: System, state: Sequence[float], inputs: Sequence[Sequence[float]], s: float
+) -> tuple[list[float], float]:
+    """State after a substep of s seconds at most, by `pneumo.equations.substep`, and the time that it took.
+
+    `inputs` are those at the middle of the substep, at its first stage and at its end.
+    """
+    at = [dict(zip(system.inputs, values, strict=True)) for values in inputs]
+    known = dict(zip(system.states, state, strict=True)) | at[0] | {"s": s, "s_part": s}
+    plant, places = system.plant, list[tuple[Any, Any]]()
+    if system.piston:
+        _solve(piston_before(plant), known)
+        speed = (known["x_after"] - known["x"]) / known["s_part"]
+        places = [(known["x"] + STAGE * (known["x_after"] - known["x"]), speed), (known["x_after"], speed)]
+    else:
+        places = [(values["x"], values["v"]) for values in at[1:]]
+    if not system.proportional:
+        known["s"] = known["s_part"]
+        _solve(valve_substep(plant, system.dynamics), known)
+        known["u"] = known["u_valve"]
+    equations = chamber_substep(system.model, system.n, plant, system.valve, system.proportional)
+    for side in Side:
+        outward = {name: known[f"{name}_{side.name}"] for name in system.chamber_states}
+        outward |= {"u": side.sign * known["u"]} if system.valve else {"m": known[f"m_{side.name}"]}
+        for name, (x, v) in zip(("mid", "end"), places, strict=True):
+            outward |= {f"x_{name}": side.sign * x, f"v_{name}": side.sign * v}
+        outward |= chamber_of(plant.cylinder, side)._asdict() | {"s": known["s_part"]}
+        _solve(equations, outward)
+        known |= {f"{name}_{side.name}_after": outward[f"{name}_after"] for name in system.chamber_states}
+    if system.piston:
+        _solve(piston_after(plant), known)
+    return [known[f"{name}_after"] for name in system.states], known["s_part"]
+
+
+def paces(system: System, state: Sequence[float], inputs: Sequence[float]) -> list[float]:
+    """Pace of each chamber, 1/s, as `chamber_pace` has it."""
+    known = dict(zip((*system.inputs, *system.states), (*inputs, *state), strict=True))
+    u, result = known.get("opening", known.get("u", 0.0)), list[float]()
+    for side in Side:
+        of_side = {"u": side.sign * u} if system.valve else {"m": known[f"m_{side.name}"]}
+        of_side |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}
+        of_side |= chamber_of(system.plant.cylinder, side)._asdict()
+        _solve(chamber_pace(system.plant, system.valve), of_side)
+        result.append(of_side["pace"])
+    return result
 
 
 def step(
-    system: System,
-    method: Tableau,
-    state: Sequence[float],
-    start: Sequence[float],
-    end: Sequence[float],
-    h: float,
+    system: System, state: Sequence[float], start: Sequence[float], end: Sequence[float], h: float
 ) -> list[float]:
-    """State after one step of h s; inputs change linearly from `start` to `end` during the step."""
-    A, b, c, K = method.A.tolist(), method.b.tolist(), method.c.tolist(), list[list[float]]()
+    """State after h s; inputs change linearly from `start` to `end`.
 
-    def moved(weights: list[float]) -> list[float]:
-        return [
-            y + h * sum((w * k[s] for w, k in zip(weights, K, strict=False)), 0.0)
-            for s, y in enumerate(state)
-        ]
-
-    for row, node in zip(A, c, strict=True):
-        inputs = [first + node * (last - first) for first, last in zip(start, end, strict=True)]
-        K.append(rates(system, moved(row), inputs))
-    return stopped_state(system, moved(b), state[1])
+    The step is divided into substeps as `pneumo.equations.substep.substep_length` says; one in which the
+    piston meets a stop is cut there.
+    """
+    left, state = h, list(state)
+    while left > 0:
+        s = substep_length(left, *paces(system, state, end))
+        at = [(h - left + part * s) / h for part in (0.5, STAGE, 1.0)]
+        inputs = [[a + w * (b - a) for a, b in zip(start, end, strict=True)] for w in at]
+        state, taken = substep(system, state, inputs, s)
+        left -= taken
+    return state

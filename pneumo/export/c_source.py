@@ -12,13 +12,13 @@ from sympy.printing.c import C99CodePrinter
 
 from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Statement, with_tangents
-from pneumo.equations.system import METHODS, System
+from pneumo.equations.substep import LENGTHS, STAGE
+from pneumo.equations.system import System
 from pneumo.errors import InputError
 from pneumo.export.known_estimates import SAMPLE, known_estimates
 from pneumo.export.known_steps import known_steps, scale
 from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, OBSERVER_TOLERANCE, STEPS, ObserverNoise
 from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
-from pneumo.linear.linear_analysis import STABLE_RANGE, stable_steps
 
 KEYWORDS = ("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
 PISTON_VARIABLES = ("x", "v", "P_A", "P_B", "force")
@@ -112,28 +112,17 @@ def c99(
     """Files of a system in C99: source, header and, if `tested`, test program, by their names.
 
     With `kinks` the source also has a function that evaluates them; with `derivatives`, one for directional
-    derivatives of the rates; with `noise`, the observer that assumes this noise. Without the test program,
-    the header does not say which steps are stable.
+    derivatives of the rates; with `noise`, the observer that assumes this noise.
     """
     parts = printed(system, CONSTANTS if noise else ())
     suffix = "f" if precision == "float" else ""
-    printer, stable = printer_of(parts, precision), stable_steps(system) if tested else {}
-    tableaus = {
-        name: {
-            "stages": len(t.b),
-            "A": ", ".join(_listed(t.A[i, :i], suffix) for i in range(1, len(t.b))),
-            "b": _listed(t.b, suffix),
-            "c": _listed(t.c, suffix),
-        }
-        for name, t in METHODS.items()
-    }
+    printer, substep = printer_of(parts, precision), parts.substep
     names = {"source": f"{stem}.c", "header": f"{stem}.h", "test": f"{stem}_test.c"}
     known: dict[str, Any] = {
         **names,
         "M": system.name,
         "f": precision,
         "suffix": suffix,
-        "zero": f".0{suffix}",
         "digits": digits,
         "heading": heading(system, " * "),
         "constants": parts.constants,
@@ -147,20 +136,18 @@ def c99(
         "opened": _body(parts.valve, precision, printer),
         "chamber": _body(parts.chamber, precision, printer),
         "piston": _body(parts.piston, precision, printer),
-        "stops": _body(parts.stops, precision, printer),
+        "stops": _body(parts.stops, precision, printer) if noise or not tested else "",
         "v_before": bool(system.plant.cylinder.coulomb),
-        "methods": list(METHODS),
-        "tableaus": tableaus,
-        "most_stages": max(len(t.b) for t in METHODS.values()),
-        "range": STABLE_RANGE,
-        "stable": {name: f"{h:.3g}" for name, h in stable.items()},
+        "substep": {name: _body(part, precision, printer) for name, part in substep._asdict().items()},
+        "lengths": {name: f"{value:g}{suffix}" for name, value in LENGTHS.items()},
+        "stage": digits(STAGE) + suffix,
         "kinks": kinks,
         "derivatives": derivatives,
         "noise": noise,
         "opened_changes": "",
         "chamber_changes": "",
         "piston_changes": "",
-        "vectors": _vectors(system, min(1e-4, stable["EULER"]), suffix) if tested else (),
+        "vectors": _vectors(system, suffix) if tested else (),
         "scale": "{" + _listed(scale(system), suffix) + "}",
         "tolerance": TOLERANCE[precision],
     }
@@ -198,7 +185,7 @@ def _observer(system: System, noise: ObserverNoise, precision: str) -> dict[str,
     }
 
 
-def _vectors(system: System, h: float, suffix: str) -> list[dict[str, str]]:
+def _vectors(system: System, suffix: str) -> list[dict[str, str]]:
     """Steps with known results (`known_steps`) as initialisers in C; `suffix` follows every number."""
     return [
         {
@@ -206,6 +193,6 @@ def _vectors(system: System, h: float, suffix: str) -> list[dict[str, str]]:
             for key, value in known._asdict().items()
             if type(value) is list
         }
-        | {"method": known.method, "h": digits(known.h) + suffix}
-        for known in known_steps(system, h)
+        | {"h": digits(known.h) + suffix}
+        for known in known_steps(system)
     ]

@@ -17,12 +17,11 @@ from pneumo.equations.equation_list import Constant
 from pneumo.equations.system import System, quantity, rate_unit
 from pneumo.errors import InputError
 from pneumo.export.c_source import TEMPLATES, Kink, c99, compiled, printer_of
-from pneumo.export.printing import Printed, digits, heading, printed
-from pneumo.linear.linear_analysis import stable_steps
+from pneumo.export.printing import Printed, digits, heading, printed, validity
 from pneumo.physics.cylinder import Side
 
 COMPILER = "gcc"
-STEP = 1e-3  # s, longest inside a step of co-simulation, unless a shorter one is needed to be stable
+STEP = 1e-3  # s, longest inside a step of co-simulation
 REFERENCES = {"PARAMETER": 100, "INPUT": 200, "STATE": 300, "RATE": 400, "KINK": 500}
 GAS = ("R", "gamma_", "sonic_coefficient", "critical_ratio")  # depend on each other: not to be tuned alone
 UNITS: dict[str, dict[str, int]] = {  # name: powers of the base units
@@ -165,7 +164,7 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
     indicators = kinks(system, parts)
     sources = c99(system, system.name, kinks=indicators, derivatives=True)
     del sources[f"{system.name}_test.c"]
-    longest_step = digits(min(STEP, stable_steps(system)["DORMAND_PRINCE"]))
+    longest_step = digits(STEP)
     # With Coulomb friction a step that reverses the velocity ends at rest, which an outer solver cannot do.
     kinds = ["CoSimulation"] if system.plant.cylinder.coulomb else ["ModelExchange", "CoSimulation"]
     known: dict[str, Any] = {
@@ -174,7 +173,7 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
         "fmi": fmi,
         "F": f"fmi{fmi}",
         "tool": f"pneumo {version('pneumo')}",
-        "title": heading(system).partition("\n")[0],
+        "title": " ".join((heading(system).partition("\n")[0], validity(system))).rstrip(),
         "kinds": kinds,
         "constants": parts.constants,
         "piston": system.piston and "ModelExchange" in kinds,

@@ -4,12 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneumo.equations.system import METHODS, System, step
+from pneumo.equations.system import System, step
 from pneumo.export.observer_noise import ObserverNoise
 from pneumo.linear.observer import ekf
 
 SAMPLE, COUNT = 1e-3, 60  # s; samples
-LONGEST = 1e-4  # s, of the steps that make the run
 
 
 class KnownEstimate(NamedTuple):
@@ -26,13 +25,12 @@ def known_estimates(system: System, noise: ObserverNoise) -> list[KnownEstimate]
     Readings of x are rounded to 0.01 mm, those of pressure have the noise's deviation.
     """
     plant, rng = system.plant, np.random.default_rng(2006)
-    c, parts = plant.conditions, round(SAMPLE / LONGEST)
+    c = plant.conditions
     u = np.repeat(plant.valve.u_max * rng.uniform(-0.5, 0.5, COUNT // 10), 10)
     state, states = system.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0), list[list[float]]()
     for command in u.tolist():
         states.append(state)
-        for _ in range(parts):
-            state = step(system, METHODS["RK4"], state, [command, 0.0], [command, 0.0], LONGEST)
+        state = step(system, state, [command, 0.0], [command, 0.0], SAMPLE)
     run = dict(zip(system.states, np.transpose(states), strict=True))
     x = np.round(run["x"] / 1e-5) * 1e-5
     P = [run[name] + noise.pressure_deviation * rng.standard_normal(COUNT) for name in ("P_A", "P_B")]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from importlib.metadata import version
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 from sympy import Symbol
@@ -22,8 +23,25 @@ from pneumo.equations.equation_list import (
     symbols_of_valve,
     valve_equations,
 )
-from pneumo.equations.system import System, quantity
+from pneumo.equations.substep import (
+    chamber_pace,
+    chamber_substep,
+    piston_after,
+    piston_before,
+    valve_substep,
+)
+from pneumo.equations.system import System, closed_drift, quantity
 from pneumo.storage.files import DOI
+
+
+class Substep(NamedTuple):
+    """Symbolic assignments of a substep, by `pneumo.equations.substep`; by its parts."""
+
+    valve: list[Statement]
+    before: list[Statement]
+    chamber: list[Statement]
+    after: list[Statement]
+    pace: list[Statement]  # of one chamber
 
 
 class Printed(NamedTuple):
@@ -34,10 +52,11 @@ class Printed(NamedTuple):
     piston: list[Statement]
     stops: list[Statement]
     constants: list[Constant]
+    substep: Substep
 
 
 def printed(system: System, also: Iterable[str] = ()) -> Printed:
-    """Symbolic assignments of a system; the lists for piston and stops are empty without a piston.
+    """Symbolic assignments of a system; the lists for the piston are empty without one.
 
     `also` names further constants to include, beside those that the assignments need.
     """
@@ -49,17 +68,27 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
     if not system.proportional:
         valve = valve_equations(plant, symbols_of_valve(system.dynamics))
         valve = statements(valve, {"dopening_dt", "u_valve"})
-    piston, stops = list[Statement](), list[Statement]()
+    piston, stops, before, after = ([], [], [], [])
     if system.piston:
         piston = statements(piston_equations(plant), {"dx_dt", "dv_dt"})
         stops = statements(stop_equations(plant), {"x_after", "v_after"})
-    needed = names_in(tuple(s.value for s in (*valve, *chamber, *piston, *stops))) | set().union(
-        *CHAMBER_CONSTANTS.values(), also
+        before = statements(piston_before(plant), {"x_after", "s_part", "stop", "F_before", "v_free"})
+        after = statements(piston_after(plant), {"v_after"})
+    row = chamber_substep(
+        system.model, Symbol("n", real=True), plant, system.valve, limit=system.proportional
     )
+    moved = statements(row, {f"{name}_after" for name in system.chamber_states})
+    followed = list[Statement]()
+    if not system.proportional:
+        followed = valve_substep(plant, symbols_of_valve(system.dynamics))
+        followed = statements(followed, {"opening_after", "u_valve"})
+    substep = Substep(followed, before, moved, after, statements(chamber_pace(plant, system.valve), {"pace"}))
+    everything = (*valve, *chamber, *piston, *stops, *(s for part in substep for s in part))
+    needed = names_in(tuple(s.value for s in everything)) | set().union(*CHAMBER_CONSTANTS.values(), also)
     used = [
         constant for constant in constants(system.plant, system.n, system.dynamics) if constant.name in needed
     ]
-    return Printed(valve, chamber, piston, stops, used)
+    return Printed(valve, chamber, piston, stops, used, substep)
 
 
 def digits(value: float) -> str:
@@ -93,14 +122,25 @@ def heading(system: System, mark: str = "") -> str:
         f"one for P from atmosphere ({c.P_atm:g} Pa) to supply ({c.P_s:g} Pa), n from 1 to gamma",
         "and k_0 from 0.02 to 2.5 W/K.",
     ]
-    if system.valve:
-        lines[-1] += " The slope with respect to P is infinite where P equals the"
-        lines += ["pressure of the open port, and that with respect to u jumps at u = 0."]
+    if limit := validity(system):
+        lines += ["", *wrap(limit, 90)]
     if system.valve and (dead_time := system.dynamics.dead_time):
         when = f"{1e3 * abs(dead_time):.4g} ms {'after' if dead_time > 0 else 'before'}"
         lines += ["", f"The valve sees a command {when} it was given."]
         lines.append("That is not in the rates: u is the command that it sees.")
     return "\n".join((mark + line).rstrip() for line in lines)
+
+
+def validity(system: System) -> str:
+    """Sentence that says where a model does not hold; empty for most."""
+    drift, P_0 = closed_drift(system), system.plant.conditions.P_0
+    if drift is None:
+        return ""
+    return (
+        f"{system.name} holds near P_0 = {P_0:.4g} Pa only. Do not start it vented, nor hold with the valve "
+        "shut: a closed chamber drifts to P_0, from atmospheric pressure in mid-stroke at "
+        f"{1e-3 * drift:.3g} kPa/s."
+    )
 
 
 def indented(lines: list[str]) -> list[str]:

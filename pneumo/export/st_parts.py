@@ -22,9 +22,11 @@ OF_CONSTANTS = {"gamma_": "gamma", "R": "R_gas", "M": "M_moving", "n": "n_index"
 OF_CHAMBER = {name: f"{name}_side" for name in ("u", "m", "x", "v", "P", "T")} | {
     "V": "volume",
     "dV_dt": "volume_rate",
+    "s": "length",
 }
 OF_PISTON = {name: f"{name}_stage" for name in ("u", "opening", "x", "v", "P_A", "P_B", "force")}
-OF_PISTON |= {"a": "dv_dt_free"}
+OF_PISTON |= {"a": "dv_dt_free", "s": "length"}
+POSITIVE = ("V", "space", "space_mid", "space_end", "resists_mid", "resists_end", "P_mid", "T_mid")
 
 
 class Cost(NamedTuple):
@@ -99,7 +101,8 @@ class Text(CodePrinter):
         """Text of an operand, in parentheses where it needs them."""
         if item.is_Rational and item.is_nonnegative:  # printed as a decimal number
             return self.doprint(item)
-        return str(super().parenthesize(item, level, strict))
+        text = str(super().parenthesize(item, level, strict))
+        return f"({text})" if item.is_Pow and item.exp == 2 else text  # a square is printed as a product
 
     def _print_Symbol(self, expr: Any) -> str:
         return self.name(expr.name)
@@ -115,8 +118,8 @@ class Text(CodePrinter):
             return number(float(expr), self.precision)
         if exponent == -1:
             return f"1.0/{self.parenthesize(base, precedence(expr))}"
-        if exponent == 2 and base.is_Symbol:
-            return "*".join([self._print(base)] * 2)
+        if exponent == 2:
+            return "*".join([self.parenthesize(base, precedence(expr))] * 2)
         if exponent == S.Half:
             return f"SQRT({self._print(base)})"
         if exponent == -S.Half:
@@ -153,15 +156,16 @@ def statement_cost(statements: list[Statement], printer: Text) -> Cost:
 def lines(statements: list[Statement], printer: Text) -> list[str]:
     """Lines of Structured Text for statements.
 
-    After the volume V comes a test that leaves the surrounding loop if V is not positive.
+    After each of the `POSITIVE` quantities comes a test that leaves the surrounding loop if it is not.
     """
     result = list[str]()
     for s in statements:
         names = tuple(map(printer.name, s.names))
         result.append(f"(* {', '.join(names)}: {s.comment} *)")
         result += assignments(names, s.value, "{} := {};", printer, KEYWORDS)
-        if s.names == ("V",):  # a division by zero stops a controller
-            result += [f"IF NOT ({names[0]} > 0.0) THEN", "    failed := TRUE;", "    EXIT;", "END_IF;"]
+        for name in (printer.name(n) for n in s.names if n in POSITIVE):
+            # A division by zero stops a controller.
+            result += [f"IF NOT ({name} > 0.0) THEN", "    failed := TRUE;", "    EXIT;", "END_IF;"]
     return result
 
 
@@ -206,7 +210,7 @@ class SystemText(NamedTuple):
 
     @property
     def costs(self) -> tuple[Cost, Cost, Cost]:
-        """Operations of one chamber, of valve and piston, and of the stops, at most."""
+        """Operations of one chamber's rates, of valve and piston, and of the stops, at most."""
         return (
             statement_cost(self.parts.chamber, self.inside),
             statement_cost([*self.parts.valve, *self.parts.piston], self.outside),
@@ -214,8 +218,18 @@ class SystemText(NamedTuple):
         )
 
     @property
+    def substep_cost(self) -> Cost:
+        """Operations of a substep of both chambers, of valve and piston, at most."""
+        valve, before, chamber, after, pace = self.parts.substep
+        return (
+            statement_cost([*chamber, *pace], self.inside)
+            .times(2)
+            .plus(statement_cost([*valve, *before, *after], self.outside))
+        )
+
+    @property
     def statements(self) -> dict[str, list[str]]:
-        """Lines of the statements, by part."""
+        """Lines of the statements of the rates, by part."""
         return {
             "opened": lines(self.parts.valve, self.outside),
             "piston": lines(self.parts.piston, self.outside),
@@ -223,19 +237,33 @@ class SystemText(NamedTuple):
             "chamber": lines(self.parts.chamber, self.inside),
         }
 
-    def variables(self, of_chamber: Iterable[str], counters: Iterable[str]) -> list[Variable]:
-        """Declarations of the variables that the statements use; `of_chamber` are the inputs of a chamber."""
+    @property
+    def substep(self) -> dict[str, list[str]]:
+        """Lines of the statements of a substep, by part."""
+        valve, before, chamber, after, pace = self.parts.substep
+        return {
+            "opened": lines(valve, self.outside),
+            "before": lines(before, self.outside),
+            "chamber": lines(chamber, self.inside),
+            "after": lines(after, self.outside),
+            "paces": lines(pace, self.inside),
+        }
 
-        def assigned(statements: list[Statement], printer: Text) -> list[Variable]:
-            return [Variable(printer.name(name), self.real) for s in statements for name in s.names]
-
+    def variables(
+        self,
+        outside: list[Statement],
+        inside: list[Statement],
+        of_chamber: Iterable[str],
+        counters: Iterable[str],
+    ) -> list[Variable]:
+        """Declarations of the variables that statements use; `of_chamber` are the inputs of a chamber."""
+        named = dict.fromkeys(self.outside.name(name) for s in outside for name in s.names)
+        named |= dict.fromkeys(self.inside.name(name) for s in inside for name in s.names)
+        named |= dict.fromkeys(f"{name}_side" for name in of_chamber)
         return [
-            *assigned([*self.parts.valve, *self.parts.piston, *self.parts.stops], self.outside),
-            *[Variable("v_before", self.real)] * self.system.piston,
-            *(Variable(f"{name}_side", self.real) for name in of_chamber),
+            *(Variable(name, self.real) for name in named),
             Variable("area", self.real, comment="m^2, of the piston"),
             Variable("V_d", self.real, comment="m^3, dead volume"),
-            *assigned(self.parts.chamber, self.inside),
             Variable("started", "BOOL", ("FALSE",)),
             *(Variable(name, "INT") for name in counters),
         ]

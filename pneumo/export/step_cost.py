@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 FILE = Path(__file__).with_name("cost.json")
-PART, METHOD = "chambers", "RK4"  # both chambers with their valve
+PART = "chambers"  # both chambers with their valve
 
 
 class StepCost(NamedTuple):
-    """Cost of one step of both chambers with their valve, by the classical Runge-Kutta method."""
+    """Cost of one step of 1 ms of both chambers with their valve."""
 
     ns: float  #: in C, double precision, on the processor of the measurement
     instructions: float  #: of a Cortex-M4F, single precision
@@ -21,6 +21,6 @@ def step_costs() -> dict[str, StepCost]:
     """Measured cost of a step by model, and of the full order, "full"; models added later are missing."""
     rows = json.loads(FILE.read_text(encoding="utf-8"))["rows"][PART]
     return {
-        name: StepCost(double["ns"][METHOD], rows["float"][name]["instructions"][METHOD])
+        name: StepCost(double["ns"], rows["float"][name]["instructions"])
         for name, double in rows["double"].items()
     }

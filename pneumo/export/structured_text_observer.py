@@ -81,7 +81,13 @@ def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit
         *(Variable(name, real) for name in ("dx", "dP", "most", "half", "total", "difference")),
         *[Variable("most_T", real)] * (per_chamber - 1),
         *(Variable(f"{name}_stage", real) for name in ("u", "force", "x", "v", "P_A", "P_B")),
-        *text.variables((*system.chamber_states, "u", "x", "v"), ("i", "j", "k", "probe", "side", "first")),
+        Variable("v_before", real),
+        *text.variables(
+            [*text.parts.valve, *text.parts.piston, *text.parts.stops],
+            text.parts.chamber,
+            (*system.chamber_states, "u", "x", "v"),
+            ("i", "j", "k", "probe", "side", "first"),
+        ),
     ]
     known = {
         "states": system.states,

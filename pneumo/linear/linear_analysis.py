@@ -1,4 +1,4 @@
-"""Natural frequency and damping of an actuator, and the longest stable steps, from linear models."""
+"""Natural frequency and damping of an actuator, from linear models."""
 
 from itertools import product
 
@@ -6,17 +6,10 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Plant
-from pneumo.equations.system import METHODS, System, system
+from pneumo.equations.system import system
 from pneumo.errors import InputError
 from pneumo.linear.linear_model import state_matrix
 from pneumo.physics.models import Model
-from pneumo.simulation.tableau import Tableau
-
-# Where stable steps are asked for; at equal pressures of port and chamber the slope of eq (1) is infinite.
-ABOVE_ATMOSPHERE, BELOW_SUPPLY, FASTEST = 1.05, 0.95, 1.0
-STABLE_RANGE = (
-    f"{ABOVE_ATMOSPHERE:g} P_atm < P < {BELOW_SUPPLY:g} P_s, any position and command, |v| <= {FASTEST:g} m/s"
-)
 
 
 def natural_modes(
@@ -62,48 +55,3 @@ def operating_range(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
     cylinder, c = plant.cylinder, plant.conditions
     margin = 0.01 * (cylinder.x_max - cylinder.x_min)
     return np.linspace(cylinder.x_min + margin, cylinder.x_max - margin, 21), np.linspace(c.P_atm, c.P_s, 11)
-
-
-def stability_function(method: Tableau, z: np.ndarray) -> np.ndarray:
-    """Stability function of a Runge-Kutta method: factor of a mode with pole z / h over one step h."""
-    stages, power, result = len(method.b), np.ones(len(method.b)), np.ones_like(z, dtype=complex)
-    for k in range(1, stages + 1):
-        result = result + (method.b @ power) * z**k
-        power = method.A @ power
-    return result
-
-
-def _reach(method: Tableau, directions: np.ndarray) -> np.ndarray:
-    """Distance from 0 to the border of a method's stability region, in given directions.
-
-    Directions are complex numbers of magnitude 1.
-    """
-    radii = np.linspace(0.01, 6.0, 600)
-    inside = np.abs(stability_function(method, directions[:, None] * radii)) <= 1 + 1e-12
-    return radii[np.argmin(inside, axis=1)] - radii[0]
-
-
-def stable_steps(system: System) -> dict[str, float]:
-    """Longest stable step of each integration method, s, over the operating range `STABLE_RANGE`.
-
-    Unstable modes are ignored: they grow with any step.
-    """
-    c, cylinder, u_max = system.plant.conditions, system.plant.cylinder, system.plant.valve.u_max
-    half = 0.999 * min(cylinder.stroke / 2, cylinder.x_max, -cylinder.x_min)
-    axes = {
-        "x": (-half, 0.0, half),
-        "v": (-FASTEST, 1e-6, FASTEST),
-        "u": (-u_max, u_max),
-        "P_A": np.linspace(ABOVE_ATMOSPHERE * c.P_atm, BELOW_SUPPLY * c.P_s, 3).tolist(),
-    }
-    poles = list[complex]()
-    for x, v, u, P_A in product(*axes.values()):
-        for P_B in axes["P_A"] if system.piston else (P_A,):
-            known = {"x": x, "v": v, "u": u, "opening": u, "P_A": P_A, "P_B": P_B, "T_A": c.T_0, "T_B": c.T_0}
-            at = [[known.get(name, 0.0) for name in names] for names in (system.states, system.inputs)]
-            poles += np.linalg.eigvals(state_matrix(system, *at)).tolist()
-    decaying = np.array([pole for pole in poles if pole.real < -1e-9 * abs(pole)])
-    return {
-        name: float(np.min(_reach(m, decaying / abs(decaying)) / abs(decaying)))
-        for name, m in METHODS.items()
-    }

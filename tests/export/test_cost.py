@@ -10,7 +10,7 @@ from exported_c import C_COMPILER, CompiledModel
 from benchmarks import exported_c as cost
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo import MODELS
-from pneumo.equations.system import FULL_ORDER, METHODS, system
+from pneumo.equations.system import FULL_ORDER, system
 from pneumo.export import exported
 from pneumo.physics.models import lane, temperature
 
@@ -43,7 +43,7 @@ def test_exported_c_with_the_polynomial_steps_as_with_the_power(recording, tmp_p
     P = [recording.plant.conditions.P_0] * 2, [recording.plant.conditions.P_0] * 2
     for k in range(cost.STEPS):
         P = tuple(
-            model.step("RK4", signals[k], signals[k + 1], 1e-3, state)[1]
+            model.step(signals[k], signals[k + 1], 1e-3, state)[1]
             for model, state in zip((power, replaced), P, strict=True)
         )
     # The pressure follows the temperature's error: at most ten times as large after a second of flow.
@@ -67,7 +67,7 @@ def test_operations_are_those_of_the_equations(recording):
     assert "power" not in counted("M1") and counted("M1")["multiply"] < counted("M8")["multiply"]
 
 
-def test_the_kept_file_has_every_row_part_and_method():
+def test_the_kept_file_has_every_row_and_part():
     kept = json.loads((ROOT / "pneumo/export/cost.json").read_text(encoding="utf-8"))
     rows = [*PAPER_MODELS, FULL_ORDER]
     rows += [name + cost.POLYNOMIAL for name in PAPER_MODELS if MODELS[name].temperature == "polytropic"]
@@ -76,10 +76,7 @@ def test_the_kept_file_has_every_row_part_and_method():
         for precision in ("double", "float"):
             assert set(kept["rows"][part][precision]) == set(rows)
             for of_row in kept["rows"][part][precision].values():
-                assert set(of_row["ns"]) == set(METHODS)
-                # Each method has more stages than the one before.
-                counts = list((of_row["instructions"] if precision == "float" else of_row["ns"]).values())
-                assert counts == sorted(counts)
+                assert of_row["ns"] > 0 and ("instructions" in of_row) == (precision == "float")
 
 
 def test_the_kept_file_has_every_observer(plant):
@@ -90,4 +87,4 @@ def test_the_kept_file_has_every_observer(plant):
         for name, row in rows.items():
             states = len(system(name, cost.N, plant, piston=True).states)
             assert (row["states"], row["estimate_bytes"]) == (states, size * (states + states**2))
-            assert row["ns"]["cycle"] > 0 and ("instructions" in row) == (precision == "float")
+            assert row["ns"] > 0 and ("instructions" in row) == (precision == "float")

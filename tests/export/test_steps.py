@@ -1,4 +1,4 @@
-"""Exported C that steps: against the study's own runs and replays, and its test program in every form."""
+"""Exported C that steps: against the study's right-hand side, another solver, and Python in every form."""
 
 from itertools import pairwise
 
@@ -7,24 +7,19 @@ import pytest
 from brief import in_brief
 from exported_c import C_COMPILER, CompiledModel, run_test_program
 from plain_rates import EVERY, OWN
+from scipy.integrate import solve_ivp
 
-from pneumo import MODELS, recorded, simulate
+from pneumo import MODELS
 from pneumo.configuration.experiment import Drive
-from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.equations.equation_list import constants
-from pneumo.equations.system import METHODS, rates, step, system
+from pneumo.equations.system import rates, system
 from pneumo.export import exported
-from pneumo.linear.linear_analysis import stability_function, stable_steps
-from pneumo.linear.linear_model import state_matrix
-from pneumo.physics.models import full_order_lane, lane, lane_array
+from pneumo.export.known_steps import scale
 from pneumo.physics.valve_dynamics import ValveDynamics
-from pneumo.simulation.reference import full_order_rates, full_order_step
-from pneumo.simulation.replay import replay_one_by_one
+from pneumo.simulation.reference import full_order_rates
 
 N, H = 1.35, 1e-3
 BRIEF = [MODELS["M1"], MODELS["M8"], OWN, "full"]
-# Some hundred roundings, 1.1e-16 each, in every step; earlier ones die out.
-ROUNDING = 1e-12
 
 
 def rough(plant):
@@ -56,9 +51,6 @@ def test_equations_in_their_order_are_the_study_s_right_hand_side_to_the_bit(for
     for *state, u, force in some_states(formed, 300):
         expected = full_order_rates(np.array(state), u, drive, formed, force)
         assert rates(chosen, state, [u, force]) == expected.tolist()
-        after = full_order_step(np.array(state), u, drive, formed, 1e-4, force)
-        stepped = step(chosen, METHODS["DORMAND_PRINCE"], state, [u, force], [u, force], 1e-4)
-        np.testing.assert_allclose(stepped, after, rtol=1e-14, atol=1e-16)  # sums may be compensated
 
 
 @pytest.fixture(scope="module")
@@ -67,56 +59,56 @@ def lopsided(plant):
     return plant._replace(cylinder=plant.cylinder._replace(V_d_B=1.7 * plant.cylinder.V_d_A))
 
 
-@pytest.fixture(scope="module")
-def run(lopsided):
-    """A full-order run of a second that takes the piston into its stops."""
-    t = np.arange(1000) * H
-    return simulate(lopsided, H, command=1.5 * np.sign(np.sin(17 * t) + np.sin(29 * t)) + 6.0 * (t > 0.7))
+def integrated(chosen, state, start, end, h):
+    """State after h s by another solver, with inputs that change linearly."""
+
+    def rate(t, y):
+        return rates(chosen, y.tolist(), [a + t / h * (b - a) for a, b in zip(start, end, strict=True)])
+
+    return solve_ivp(rate, (0, h), state, method="LSODA", rtol=1e-11, atol=1e-9).y[:, -1]
 
 
 @C_COMPILER
 @pytest.mark.parametrize(
     "model", in_brief([*EVERY, "full"], BRIEF), ids=lambda model: getattr(model, "name", model)
 )
-def test_steps_of_the_chambers_are_those_of_a_replay(model, run, lopsided, tmp_path):
-    plant = lopsided
-    measured = recorded(plant, H, u=run.u, x=run.x, v=run.v, P_A=run.P_A, P_B=run.P_B).recording
-    gamma = plant.gas.gamma
-    measured = measured._replace(
-        states=run.recording.states, most_halvings=0
-    )  # in steps of 1 ms, as C has them
-    lanes = lane_array([full_order_lane(gamma) if model == "full" else lane(model, N, gamma)])
-    expected = replay_one_by_one(measured, lanes, INTERPOLATED).pressure[0]
-    compiled = CompiledModel(model, N, plant, tmp_path)
-    P_0, T_0 = plant.conditions.P_0, plant.conditions.T_0
-    state = [P_0, T_0, P_0, T_0] if model == "full" else [P_0, P_0]
-    inputs = np.column_stack([run.u, run.x, run.v]).tolist()
-    worst = 0.0
-    for k, (start, end) in enumerate(pairwise(inputs)):
-        failed, state = compiled.step("DORMAND_PRINCE", start, end, H, state)
-        assert not failed
-        pressures = np.array(state[:: len(state) // 2])
-        worst = max(worst, np.max(np.abs(pressures / expected[:, k + 1] - 1)))
-    assert worst < ROUNDING
+@pytest.mark.parametrize("piston", [False, True])
+def test_the_error_falls_with_the_square_of_the_substep(model, piston, lopsided, tmp_path):
+    """Against another solver, on 10 ms without a kink: chamber A fills, chamber B empties."""
+    compiled = CompiledModel(model, N, lopsided, tmp_path, piston=piston)
+    state = compiled.system.state(x=0.0, v=0.1, P=4e5, T=290.0)
+    start, end, duration = (
+        ([2.0, 0.0], [3.0, 30.0], 0.01) if piston else ([2.0, 0.0, 0.1], [3.0, 1e-3, 0.1], 0.01)
+    )
+    expected, off = integrated(compiled.system, state, start, end, duration), []
+    for count in (120, 240, 480):  # the longest is shorter than any substep
+        now = state
+        for k in range(count):
+            at = [[a + (k + i) / count * (b - a) for a, b in zip(start, end, strict=True)] for i in (0, 1)]
+            failed, now = compiled.step(*at, duration / count, now)
+            assert not failed
+        off.append(np.abs((np.array(now) - expected) / scale(compiled.system)).max())
+    assert off[0] < 1e-5
+    # A stage's flow out leaves out what wall heat does to the temperature meanwhile: of first order, 0.01 Pa.
+    assert np.all(np.log2(np.divide(off[:-1], off[1:])) > 1.8) or off[0] < 1e-7
 
 
 @C_COMPILER
-@pytest.mark.parametrize("form", [lambda plant: plant, rough])
-def test_steps_of_the_actuator_are_those_of_the_full_order_run(form, plant, tmp_path):
-    formed = form(plant)
-    t = np.arange(1500) * H
-    command = 3.0 * np.sign(np.sin(11 * t)) + 2.0 * np.sin(60 * t)
-    run = simulate(formed, H, command=command)
-    assert np.sum(run.x == formed.cylinder.x_max) > 10  # it met its stop
-    compiled = CompiledModel("full", None, formed, tmp_path, piston=True)
-    state, scale, worst = run.recording.states[0].tolist(), [0.1, 1.0, 1e5, 293.0, 1e5, 293.0], 0.0
-    for k, u in enumerate(command[:-1].tolist()):
-        parts = 1 << int(run.recording.halvings[k])
-        for _ in range(parts):
-            failed, state = compiled.step("DORMAND_PRINCE", [u, 0.0], [u, 0.0], H / parts, state)
-            assert not failed
-        worst = max(worst, np.max(np.abs(state - run.recording.states[k + 1]) / scale))
-    assert worst < ROUNDING
+@pytest.mark.parametrize(
+    "model", in_brief([*EVERY, "full"], BRIEF), ids=lambda model: getattr(model, "name", model)
+)
+def test_steps_of_1_ms_keep_to_another_solver(model, lopsided, tmp_path):
+    """Within the 0.5 kPa and 1 K of docs/export.md where valve and piston change their direction."""
+    compiled = CompiledModel(model, N, lopsided, tmp_path)
+    t = np.arange(301) * H
+    inputs = np.column_stack([6 * np.sin(60 * t), 0.03 * np.sin(30 * t), 0.9 * np.cos(30 * t)]).tolist()
+    c = lopsided.conditions
+    state = exact = compiled.system.state(P=c.P_0, T=c.T_0)
+    for start, end in pairwise(inputs):
+        failed, state = compiled.step(start, end, H, state)
+        exact = integrated(compiled.system, exact, start, end, H)
+        off = np.abs(np.subtract(state, exact)).reshape(2, -1)
+        assert not failed and off[:, 0].max() < 500 and off[:, 1:].max(initial=0) < 1
 
 
 FORMS = [
@@ -155,7 +147,7 @@ def test_the_test_program_sees_a_wrong_constant(plant, tmp_path):
 @C_COMPILER
 def test_a_step_out_of_the_positive_numbers_says_so(plant, tmp_path):
     compiled = CompiledModel("M1", None, plant, tmp_path)
-    failed, _ = compiled.step("EULER", [0.0, -0.049, 100.0], [0.0, -0.049, 100.0], 1e-3, [5e5, 5e5])
+    failed, _ = compiled.step([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1e-3, [float("nan"), 5e5])
     assert failed
 
 
@@ -167,39 +159,3 @@ def test_only_needed_constants_are_parameters(plant):
     assert "valve_" not in header
     header = exported("full", None, rough(plant), "c", piston=True, dynamics=late)["full.h"].decode()
     assert every - {"n", "laminar"} == {name for name in every if f" {name};" in header}
-
-
-# Stability
-
-
-@pytest.mark.parametrize(("method", "reach"), [("EULER", 2.0), ("RK4", 2.785), ("DORMAND_PRINCE", 3.307)])
-def test_stability_reaches_as_far_as_the_literature_says(method, reach):
-    """Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.2."""
-    inside, outside = np.abs(stability_function(METHODS[method], -np.array([reach - 2e-3, reach + 2e-3])))
-    assert inside < 1 < outside
-
-
-@pytest.mark.parametrize("method", in_brief(METHODS, ["RK4"]))
-def test_errors_die_out_below_the_stable_step_and_grow_above(method, plant):
-    leaking = plant._replace(valve=plant.valve._replace(leak=2e-8))
-    chosen, inputs = system("M8", N, leaking), [0.5, 0.0, 0.0]
-    state = [5e5, 4e5]
-    for _ in range(3000):
-        state = step(chosen, METHODS["RK4"], state, inputs, inputs, 2e-3)
-    fastest = float(np.abs(np.linalg.eigvals(state_matrix(chosen, state, inputs))).max())
-    reach = {"EULER": 2.0, "RK4": 2.785, "DORMAND_PRINCE": 3.307}[method]
-    for factor, dies in ((0.95, True), (1.05, False)):
-        disturbed = [P + 1.0 for P in state]
-        for _ in range(60):
-            disturbed = step(chosen, METHODS[method], disturbed, inputs, inputs, factor * reach / fastest)
-        assert (np.max(np.abs(np.subtract(disturbed, state))) < 0.5) == dies
-
-
-def test_stable_steps_are_of_the_stiffest_point(plant):
-    """Of M1 without valve only n A v / V is left, largest at a stop: eq (10)."""
-    cylinder = plant.cylinder
-    steps = stable_steps(system(MODELS["M1"], None, plant, valve=False))
-    V = cylinder.V_d_A + cylinder.A_A * 0.001 * cylinder.stroke / 2
-    expected = 2.0 / (cylinder.A_A * 1.0 / V)
-    assert steps["EULER"] == pytest.approx(expected, rel=0.01)  # the border is found in steps of 0.01
-    assert steps["EULER"] < steps["RK4"] < steps["DORMAND_PRINCE"]

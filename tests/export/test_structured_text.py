@@ -9,14 +9,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from brief import in_brief
-from plain_rates import EVERY, OWN, plain_rate, rate_size
+from plain_rates import OWN
 
 from pneumo import MODELS
-from pneumo.equations.system import METHODS, rates, step, system
+from pneumo.equations.system import step, system
 from pneumo.errors import InputError
 from pneumo.export import exported
-from pneumo.export.structured_text import block, program, step_costs
-from pneumo.physics.valve import limited
+from pneumo.export.structured_text import block, program
 
 pytest.importorskip("blark", reason="blark is not installed")
 from structured_text import Block, parsed
@@ -24,7 +23,6 @@ from structured_text import Block, parsed
 pytestmark = pytest.mark.xdist_group("st")  # each text is parsed once, in seconds
 
 N, H = 1.35, 1e-4
-EULER, RK4, DORMAND_PRINCE = range(3)
 # Some hundred roundings of 1.1e-16 each; powers of another library differ by an ulp, which eq (1) amplifies.
 ROUNDING = 1e-12
 
@@ -51,43 +49,6 @@ def many_states(plant, count):
     return np.random.default_rng(2007).uniform(low, high, (count, 5)).tolist()
 
 
-def rates_of(st, inputs, state):
-    """Rates that a step of the block begins with."""
-    starts = {f"{name}_start": value for name, value in state.items()}
-    lower = {name.lower(): value for name, value in (starts | inputs).items()}
-    st(**lower, h=1e-9, solver=EULER, restart=True)
-    st(restart=False)
-    assert not st["failed"]
-    return st["rate"][: len(state)]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("model", EVERY, ids=lambda model: model.name)
-def test_rates_of_ten_thousand_states_are_those_of_python(model, plant):
-    st, largest = function_block(model, plant), 0.0
-    for u, x, v, *pressures in many_states(plant, 10_000):
-        state = dict(zip(("P_A", "P_B"), pressures, strict=True))
-        computed = rates_of(st, {"u": u, "x": x, "v": v}, state)
-        for side, P, rate in zip("AB", pressures, computed, strict=True):
-            at = model, N, plant, limited(u, plant.valve.u_max), x, v, P, side
-            largest = max(largest, abs(rate - plain_rate(*at)) / rate_size(*at))
-    print(f"{model.name}: largest difference {largest:.2e}")
-    assert largest < ROUNDING
-
-
-@pytest.mark.slow
-def test_rates_of_the_full_order_are_those_of_python(plant):
-    st, chosen = function_block("full", plant), system("full", None, plant)
-    T, computed, expected = np.random.default_rng(5).uniform(230, 370, (10_000, 2)).tolist(), [], []
-    for (u, x, v, P_A, P_B), (T_A, T_B) in zip(many_states(plant, 10_000), T, strict=True):
-        state = {"P_A": P_A, "T_A": T_A, "P_B": P_B, "T_B": T_B}
-        computed.append(rates_of(st, {"u": u, "x": x, "v": v}, state))
-        expected.append(rates(chosen, list(state.values()), [u, x, v]))
-    size = np.abs(expected).max(axis=0)
-    print(f"full: largest difference {np.max(np.abs(np.subtract(computed, expected)) / size):.2e}")
-    np.testing.assert_allclose(computed, expected, rtol=1e-11, atol=(ROUNDING * size).min())
-
-
 FORMS = [
     *(
         ("full", precision, valve, piston)
@@ -102,7 +63,7 @@ FORMS = [
 
 @pytest.mark.parametrize(("model", "precision", "valve", "piston"), in_brief(FORMS, [("M8", "double", 1, 0)]))
 def test_the_test_program_agrees_with_python(model, precision, valve, piston, plant):
-    """Its steps are by every method, with inputs that change during a step."""
+    """Inputs change during its steps."""
     st = loaded(model, plant, precision=precision, valve=bool(valve), piston=bool(piston))
     st()
     assert st["passed"] and st["failures"] == 0
@@ -119,50 +80,42 @@ def test_steps_of_a_second_are_those_of_python(plant):
         [3 * math.sin(40 * k * H), 0.02 * math.sin(25 * k * H), 0.5 * math.cos(25 * k * H)]
         for k in range(301)
     ]
-    for solver, interpolate in ((RK4, False), (DORMAND_PRINCE, True)):
-        names, method, state = ("u", "x", "v"), list(METHODS.values())[solver], [5e5, 4e5]
+    for interpolate in (False, True):
+        names, state = ("u", "x", "v"), [5e5, 4e5]
         first = dict(zip(names, signals[0], strict=True))
-        st(**first, p_a_start=5e5, p_b_start=4e5, h=H, solver=solver, interpolate=interpolate, restart=True)
+        st(**first, p_a_start=5e5, p_b_start=4e5, h=H, interpolate=interpolate, restart=True)
         for start, end in pairwise(signals):
             st(**dict(zip(names, end, strict=True)), restart=False)
-            state = step(chosen, method, state, start if interpolate else end, end, H)
+            state = step(chosen, state, start if interpolate else end, end, H)
         np.testing.assert_allclose([st["P_A"], st["P_B"]], state, rtol=ROUNDING)
 
 
-def test_the_stated_operations_are_those_of_the_costliest_state(plant):
+def test_the_stated_operations_hold_for_the_costliest_state(plant):
     st = function_block("M8", plant, count=True)
     text = exported("M8", N, plant, "st")["M8.st"].decode()
-    for solver, name in enumerate(METHODS):
-        stated = tuple(
-            map(int, re.search(rf"^{name} +(\d+) +(\d+) +(\d+) +(\d+) ", text, re.MULTILINE).groups())
-        )
-        most = np.zeros(4, int)
-        for u, x, v, P_A, P_B in many_states(plant, 500):
-            st(u=u, x=x, v=v, p_a_start=P_A, p_b_start=P_B, h=1e-9, solver=solver, restart=True)
-            st.operations.clear()
-            st(restart=False)
-            most = np.maximum(most, [st.operations[key] for key in ("*", "/", "SQRT", "EXPT")])
-        assert np.all(most <= stated) and np.all(most >= 0.9 * np.array(stated)), (most, stated)
-        assert most[0] == stated[0]
+    stated = [int(re.search(rf"(\d+) {kind}", text)[1]) for kind in ("multipl", "divis", "roots", "powers")]
+    most = np.zeros(4, int)
+    for u, x, v, P_A, P_B in many_states(plant, 500):
+        st(u=u, x=x, v=v, p_a_start=P_A, p_b_start=P_B, h=1e-6, restart=True)
+        st.operations.clear()
+        st(restart=False)
+        most = np.maximum(most, [st.operations[key] for key in ("*", "/", "SQRT", "EXPT")])
+    beside = [20, 10, 0, 0]  # of the step that is divided
+    assert np.all(most <= np.add(stated, beside)) and np.all(most >= 0.7 * np.array(stated)), (most, stated)
 
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"p_a_start": -1.0}, {"p_b_start": math.nan}, {"x": -0.06}, {"x": math.nan}, {"solver": 3}, {"h": -1.0}],
+    [{"p_a_start": -1.0}, {"p_b_start": math.nan}, {"x": -0.06}, {"x": math.nan}, {"h": -1.0}],
 )
 def test_a_step_that_cannot_be_made_says_so_and_leaves_the_state(wrong, plant):
     """A root of a negative number or a division by zero may stop a controller."""
     st = function_block("M8", plant)
-    st(
-        **(
-            {"u": 5.0, "v": 1.0, "p_a_start": 5e5, "p_b_start": 5e5, "h": H, "solver": RK4, "restart": True}
-            | wrong
-        )
-    )
+    st(**({"u": 5.0, "v": 1.0, "p_a_start": 5e5, "p_b_start": 5e5, "h": H, "restart": True} | wrong))
     before = st["state"]
     st(restart=False)
     assert st["failed"] and np.array_equal(st["state"], before, equal_nan=True)
-    st(u=0.0, x=0.0, v=0.0, p_a_start=5e5, p_b_start=5e5, h=H, solver=RK4, restart=True)
+    st(u=0.0, x=0.0, v=0.0, p_a_start=5e5, p_b_start=5e5, h=H, restart=True)
     st(restart=False)
     assert not st["failed"]
 
@@ -282,11 +235,3 @@ def test_the_interpreter_refuses_what_a_controller_does(statement):
 def test_the_interpreter_stops_where_a_controller_would(statement):
     with pytest.raises((ZeroDivisionError, ValueError, AssertionError)):
         run(statement)
-
-
-def test_costs_add_up(plant):
-    from pneumo.export.structured_text import Cost
-
-    none, one = Cost(0, 0, 0, 0), Cost(1, 2, 3, 4)
-    costs = step_costs(system("M8", N, plant), one, none, none)
-    assert costs["RK4"].divisions == 4 * 2 * 2 and costs["EULER"].powers == 8

@@ -203,7 +203,7 @@ def test_command_writes_or_prints_the_source(export, plant, tmp_path):
     assert written == exported("M8", N, plant, "c", stem="m8")
     assert sorted(written) == ["m8.c", "m8.h", "m8_test.c"]
     code, out, error = export(to="st", output="m8.st")
-    assert (code, error) == (0, "") and out.endswith("states P_A, P_B; inputs u, x, v\n")
+    assert (code, error) == (0, "") and "states P_A, P_B; inputs u, x, v\n" in out
     assert {f"m8{end}" for end in (".st", "_test.st", ".xml")} <= {path.name for path in tmp_path.iterdir()}
     assert export(to="casadi") == (0, source("M8", plant, "casadi"), "")
 

@@ -48,7 +48,7 @@ def held_out_error(fit, plant, dynamics, folder):
     state = [u[0], *state] if dynamics.lag else state
     pressures = [[state[-4], state[-2]]]
     for k in range(len(u) - 1):
-        failed, state = exported.step("RK4", [u[k], *xv[k]], [u[k], *xv[k + 1]], m.period, state)
+        failed, state = exported.step([u[k], *xv[k]], [u[k], *xv[k + 1]], m.period, state)
         assert not failed
         pressures.append([state[-4], state[-2]])
     held_out = m.t > fit.result.held_out_from
