@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.known_within import known_within
 from pneumo.configuration.parameters import Sources, merged, read_yaml, study, validated
 from pneumo.configuration.plausible_cylinders import checked
+from pneumo.configuration.uncertain import uncertainties
 from pneumo.errors import ConfigurationError, as_lines
 
 BASE = Path("config/paper.yaml")
@@ -74,9 +74,9 @@ def checked_study(
         sys.exit(2)
 
 
-def limits_of_cylinders(config: Mapping[str, Any]) -> dict[str, list[float]]:
-    """Return the numbers of `KnownWithin` of each cylinder, from a checked configuration."""
-    return {name: list(limits) for name, limits in known_within(validated(config, [])).items()}
+def limits_of_cylinders(config: Mapping[str, Any]) -> dict[str, list[Any]]:
+    """Return the content of `Uncertain` of each cylinder, from a checked configuration."""
+    return {name: list(known) for name, known in uncertainties(validated(config, [])).items()}
 
 
 def user_cylinders(study: Study) -> list[str]:
