@@ -229,7 +229,7 @@ def run_study(
             of_cylinder = [e for e in experiments if e.cylinder == cylinder]
             runs = [cells["mse"] for (e, _), cells in done if e.cylinder == cylinder]
             mse = np.mean([run.mean("chamber", skipna=False).values for run in runs], axis=0)
-            n = best_n(xr.DataArray(mse, dims=runs[0].dims[:2], coords=runs[0].coords)).fillna(study.n[0])
+            n = best_n(xr.DataArray(mse, {"model": list(MODELS), "n": list(study.n)})).fillna(study.n[0])
             rows = [(name, float(n.sel(model=name))) for name in MODELS]
             assert uncertain is not None
             cells = drawn_errors(of_cylinder, rows, uncertain[cylinder], draws, pool, progress)
