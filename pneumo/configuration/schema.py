@@ -291,7 +291,7 @@ class FittedSection(Section):
         "quantities, in the order of the covariance", max_length=8
     )
     covariance: list[list[Number]] = key_of("of their logarithms; of b and T_in (K) themselves")
-    error_kPa: dict[str, Annotated[Number, Field(ge=0)]] = key_of(
+    error_kPa: dict[str, Annotated[Number, Field(ge=0, le=1e6)]] = key_of(
         "RMS error on the part of the record that was held out, by model", default_factory=dict
     )
 

@@ -179,8 +179,10 @@ def _fitted_section(fit: FitResult, known: dict[str, Interval]) -> dict[str, Any
         _, low, high = known[name]
         logarithmic = UNCERTAIN[UNCERTAIN_NAMES.get(name, name)].logarithmic
         widths.append((np.log(high / low) if logarithmic else high - low) / 2 / SIGMAS)
-    correlation = fit.correlation(rig).reindex(index=names, columns=names).fillna(0.0).to_numpy(copy=True)
-    np.fill_diagonal(correlation, 1.0)
+    correlation = np.eye(len(names))
+    if "correlation" in fit.data:
+        related = fit.correlation(rig).reindex(index=names, columns=names).fillna(0.0).to_numpy(copy=True)
+        correlation = np.where(correlation, 1.0, related)
     covariance = correlation * np.outer(widths, widths)
     errors = {
         "full order" if model == FULL_ORDER else model: rms_of_chambers(held_out) / 1e3

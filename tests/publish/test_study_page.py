@@ -7,22 +7,21 @@ import numpy as np
 import pytest
 from page_checks import assert_fit_for_a_phone, in_chromium
 from paper_study import STUDY
-from ranked_cells import SWING, answered, made
+from ranked_cells import answered, made
 from rich.console import Console
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
-from pneumo.export.step_cost import step_costs
+from pneumo.configuration.uncertain import GROUPS
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
 from pneumo.publish.text import terminal_tables
-from pneumo.publish.text.formatting import no_exponent
 from pneumo.publish.text.terminal_tables import (
     STUDY_HEADS,
-    contest_cells,
-    contest_heads,
+    budget_cells,
+    budget_heads,
     gain_text,
     ranking_cells,
 )
@@ -56,14 +55,13 @@ def page():
 def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
     answer = answered(made())
     ranking = answer.ranking
-    assert "Recommended: full order" in page and with_indices(answer.reason) in page
+    assert "Take the full order" in page and with_indices(answer.reason) in page
     assert "<code>pneumo export full --config &#39;a&lt;b.yaml&#39;</code>" in page
     for row in ranking.rows:
         line = "".join(f"<td>{text}</td>" for text in ranking_cells(row))
         assert line in page
-    assert f"{with_indices('k_0 = 0.15')}</th>" in page
     for contender in answer.contenders:
-        line = "".join(f"<td>{text}</td>" for text in contest_cells(contender, answer.swing))
+        line = "".join(f"<td>{text}</td>" for text in budget_cells(contender, answer))
         assert line in page
     assert "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])
     assert page.count("<img") == 5
@@ -145,42 +143,44 @@ def test_pictures_over_n_and_of_the_traces():
     assert [line.get_label() for line in error.lines[1:3]] == ["$M_{9}$", "$M_{8}$"]
 
 
-def test_picture_of_regret_over_k_0():
-    answer = answered(made(ends=(2.0, 4.0)))
-    ax = study_figures.regret_figure(answer).axes[0]
-    curves = {line.get_label(): line for line in ax.lines}
-    assert curves["full order"].get_ydata() == pytest.approx(np.zeros(3), abs=1e-9)
-    assert curves["full order"].get_linewidth() > curves["$M_{8}$, $n$ = 1.3"].get_linewidth()
-    M8, full = answer.contender("M8").row, answer.contender("full order").row
-    expected = (np.array(M8.rms) - full.rms) / 1e3
-    assert curves["$M_{8}$, $n$ = 1.3"].get_ydata() == pytest.approx(expected)
-    assert curves["$M_{8}$, $n$ = 1.3"].get_xdata() == pytest.approx([0.15, 0.3, 0.6])
-    assert not any(label.startswith("$M_{1}$") for label in curves)  # far above
+def test_the_bar_of_a_model_is_its_expected_error_and_its_line_the_interval():
+    answer = answered(made(unknown={"valve": 50.0, "supply": 3.0}, measured={"M6": 5e3}))
+    ax = study_figures.budget_figure(answer).axes[0]
+    names = [label.get_text() for label in ax.get_yticklabels()]
+    for y, contender in enumerate(
+        c for c in answer.contenders if c.row.rms < 4 * answer.contenders[0].row.rms
+    ):
+        bars = [bar.get_width() for group in ax.containers for bar in [group[y]]]
+        assert sum(bars) == pytest.approx(contender.row.rms / 1e3) and contender.row.model[1:] in names[y]
+        ends = ax.lines[2 * y].get_xdata()
+        assert ends == pytest.approx([contender.row.low / 1e3, contender.row.high / 1e3])
+    assert len(ax.containers) == 3  # valve, supply, model
+    assert [
+        line.get_xdata()[0]
+        for line in ax.lines
+        if line.get_marker() == "D" and np.isfinite(line.get_xdata()[0])
+    ] == [5.0]
 
 
-def test_cells_of_the_contest():
-    answer = answered(made(ends=(2.0, 4.0), noise=1e-9))
-    heads = contest_heads(answer.ranking.unknown_k_0)
-    texts = dict(zip(heads, contest_cells(answer.contender("M8"), answer.swing), strict=True))
-    worst = (3e6 * 4) ** 0.5
-    assert texts["worst"] == no_exponent(worst / 1e3) and texts["k_0 = 0.6"] == texts["worst"]
-    assert texts["worst, % of swing"] == no_exponent(100 * worst / SWING)
-    assert texts["MSE / chosen"] == "6.00 (6.00 to 6.00)"
-    assert texts["ns a step"] == f"{step_costs()['M8'].ns:.0f}"
-    full = dict(zip(heads, contest_cells(answer.contender("full order"), np.nan), strict=True))
-    assert (full["k_0 = 0.3"], full["n"], full["MSE / chosen"]) == ("", "–", "1.00")
-    assert full["worst, % of swing"] == "–"
+def test_cells_of_the_budget():
+    answer = answered(made(unknown={"valve": 50.0}, measured={"M8": 2e3}, noise=1e-9))
+    texts = dict(zip(budget_heads(answer), budget_cells(answer.contender("M8"), answer), strict=True))
+    assert texts["all together"] == "7.3" and texts["95 %"] == "7.3 to 7.3" and texts["valve"] == "7.1"
+    assert (texts["n"], texts["measured"], texts["model itself"]) == ("1.3", "2", "1.7")
+    full = dict(zip(budget_heads(answer), budget_cells(answer.contender("full order"), answer), strict=True))
+    assert (full["n"], full["measured"], full["model itself"]) == ("", "–", "0")
 
 
 def test_tables_fit_a_terminal():
     console = Console(width=80, record=True, file=io.StringIO())
-    for table in terminal_tables.study_tables(answered(made(ends=(2.0, 4.0)))):
+    wide = answered(made(unknown=dict.fromkeys(GROUPS, 9.0), measured={"M6": 9e3}))
+    for table in [terminal_tables.budget_table(wide), *terminal_tables.study_tables(wide)]:
         console.print(table)
     text = console.export_text()
     assert all(f" M{i} " in text for i in range(1, 11))
     assert "…" not in text and "temperature law" in text
     assert "1.25 (1.25 to 1.25)" in text  # on one line
-    assert "worst" in text and " full order " in text and "0.15" in text
+    assert "full order " in text and "together" in text and "volumes" in text
     assert "mine: X, 4 runs each" in text
 
 
