@@ -1,18 +1,15 @@
 # The paper's study from configuration to figures: `snakemake -j2`.
 # Another study on top of it: `snakemake -j2 --configfile config/smoke.yaml`.
 # Your own cylinders, from `pneumo init`, or a table of them: `snakemake -j2 --configfile my.yaml`.
-import os
 import shlex
 import sys
 
 from snakemake.utils import min_version
 
-sys.path.insert(0, "")  # for paper.study, which is not installed, and for the scripts of jobs:
-os.environ["PYTHONPATH"] = os.pathsep.join([".", *filter(None, [os.environ.get("PYTHONPATH")])])
-
 from pneumo.jobs.checked_study import (
     as_written,
     checked_study,
+    find_paper_study,
     limits_of_cylinders,
     results_folder,
     user_cylinders,
@@ -21,6 +18,8 @@ from pneumo.jobs.checked_study import (
 from pneumo.jobs.fleet_plan import checked_fleet
 from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
 from pneumo.jobs.run_lock import check_run_folder, is_dry_run, set_damaged_aside, take_run_lock
+
+find_paper_study()
 from paper.study.labels import shown
 
 min_version("9.27")

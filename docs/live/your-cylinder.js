@@ -163,19 +163,19 @@ const study = (() => {
   };
   let pool = [];
   const cancel = () => { pool.forEach((one) => one.terminate()); pool = []; };
-  // All runs of a study: promise of {errors: [case][experiment][run][row][n][chamber], swing: [experiment][run], k_0, factor}.
+  // All runs of a study: promise of {errors: [experiment][run][row][n][chamber], swing: [experiment][run]}.
   const run = (texts, runs, progress = () => {}) => new Promise((done, failed) => {
     cancel();
-    const constants = plant(texts), {k_0, factor, stroke} = constants, module = new WebAssembly.Module(bytes), jobs = [];
-    layout.experiments.forEach(({closed}, e) => [k_0 / factor, k_0, k_0 * factor].forEach((truth, k) => {
+    const constants = plant(texts), {k_0, stroke} = constants, module = new WebAssembly.Module(bytes), jobs = [];
+    layout.experiments.forEach(({closed}, e) => {
       for (let r = 0; r < runs; r++) {
         const of = Array.from(draws.subarray(r * count, (r + 1) * count)), volts = Number(texts.amplitude_V);
         const commands = of.map((draw) => (closed ? Number(texts.amplitude_mm) * 1e-3 * draw : volts * Math.sign(draw)));
-        jobs.push({e, k, r, message: {module, parameters: layout.parameters, constants, k_0: truth, loop: Number(closed), commands, layout: {...layout, draws: ""},
+        jobs.push({e, r, message: {module, parameters: layout.parameters, constants, k_0, loop: Number(closed), commands, layout: {...layout, draws: ""},
           gain: Number(texts.k_p_V_per_m), reverse: layout.reverse_at * stroke / 2}});
       }
-    }));
-    const table = () => layout.experiments.map(() => Array(runs)), errors = [table(), table(), table()], swing = table();
+    });
+    const table = () => layout.experiments.map(() => Array(runs)), errors = table(), swing = table();
     const url = URL.createObjectURL(new Blob([`const run = ${worker}; onmessage = ({data}) => postMessage(run(data));`]));
     let next = 0, ready = 0;
     const mine = pool = Array.from({length: Math.min(navigator.hardwareConcurrency || 2, jobs.length)}, () => new Worker(url));
@@ -184,73 +184,32 @@ const study = (() => {
       const take = () => { job = jobs[next++]; if (job) one.postMessage(job.message); };
       one.onerror = (event) => { cancel(); failed(new Error(event.message)); };
       one.onmessage = ({data}) => {
-        errors[job.k][job.e][job.r] = data.errors;
-        if (job.k === 1) swing[job.e][job.r] = Math.sqrt(data.variance);
+        errors[job.e][job.r] = data.errors;
+        swing[job.e][job.r] = Math.sqrt(data.variance);
         progress(++ready / jobs.length);
-        if (ready === jobs.length) { cancel(); URL.revokeObjectURL(url); done({errors, swing, k_0, factor}); } else take();
+        if (ready === jobs.length) { cancel(); URL.revokeObjectURL(url); done({errors, swing}); } else take();
       };
       take();
     });
   });
 
   const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
-  const largest = (values) => (values.every(Number.isFinite) ? Math.max(...values) : Infinity);
-  // The rule of pneumo.selection.answer.
-  const choose = ({errors, swing: swings, k_0, factor}) => {
-    const full = rows.length - 1, kept = swings[0].map((_, r) => r).filter((r) => swings.every((of) => Number.isFinite(of[r])));
-    const none = (reason) => ({headline: "Recommended: none", reason, next: "", rows: []});
-    if (!kept.length) return none("no full-order run succeeded");
-    // Mean square error of a row at n in a case and a run; the full order is the truth at the assumed k_0.
-    const square = (row, j, k, r) => (row === full && k === 1 ? 0 : mean(errors[k].map((of) => mean(of[r][row][j]))));
-    const found = rows.map((row, i) => {
-      const at = (row.has_n ? n : [NaN]).map((value, j) => {
-        const rms = [0, 1, 2].map((k) => Math.sqrt(mean(kept.map((r) => square(i, j, k, r)))));
-        return {...row, i, j, n: value, rms, worst: largest(rms)};
-      });
-      return at.reduce((one, other) => (other.worst < one.worst ? other : one));
+  // Models by their error at their best n, with everything known, as in the ranking of `pneumo study`.
+  const rank = ({errors, swing: swings}) => {
+    const kept = swings[0].map((_, r) => r).filter((r) => swings.every((of) => Number.isFinite(of[r])));
+    if (!kept.length) return {headline: "No full-order run succeeded.", next: "", rows: []};
+    const found = rows.slice(0, -1).map((row, i) => {
+      const at = (row.has_n ? n : [NaN]).map((value, j) => ({...row, n: value, rms: Math.sqrt(mean(kept.map((r) => mean(errors.map((of) => mean(of[r][i][j]))))))}));
+      return at.reduce((one, other) => (other.rms < one.rms ? other : one));
     });
-    const byWorst = (one, other) => (one.worst < other.worst ? -1 : Number(one.worst > other.worst));
-    const models = found.slice(0, full).sort(byWorst), sorted = [...models, found[full]].sort(byWorst), best = sorted[0];
-    if (!Number.isFinite(models[0].worst)) return none("every model failed in a run");
-    const limit = Math.sqrt(1 + layout.material) * best.worst;
-    const chosen = sorted.filter((row) => row.worst <= limit).reduce((one, other) => (other.cost < one.cost ? other : one));
-    const squares = (row) => kept.map((r) => square(row.i, row.j, Math.max(row.rms.findIndex((x) => !(x < largest(row.rms))), 0), r));
-    const lower = squares(chosen);
-    for (const row of sorted) { // its mean square error over the chosen row's, and the interval
-      const upper = squares(row), logs = upper.map((value, r) => Math.log(value / lower[r])), middle = mean(logs);
-      const spread = logs.length > 1 ? layout.quantiles[logs.length - 2] * Math.sqrt(logs.reduce((sum, x) => sum + (x - middle) ** 2, 0) / (logs.length - 1) / logs.length) : NaN;
-      if (!upper.every(Number.isFinite)) row.over = [NaN, NaN, NaN];
-      else if ([...upper, ...lower].every((x) => x > 0)) row.over = [middle, middle - spread, middle + spread].map(Math.exp);
-      else row.over = Array(3).fill(upper.every((x, r) => x === lower[r]) ? 1 : Infinity);
-      row.tied = row !== chosen && row.over.every(Number.isFinite) && row.over[1] <= 1 && 1 <= row.over[2];
-      row.regret = largest(row.rms.map((x, k) => x - Math.min(...found.map((other) => other.rms[k]).filter(Number.isFinite))));
-    }
-    const [first, more, most] = layout.more_seeds, alike = ([, low, high]) => 1 / (1 + layout.material) <= low && high <= 1 + layout.material;
-    const tied = sorted.filter((row) => row.tied), swing = Math.sqrt(mean(swings.map((of) => mean(kept.map((r) => of[r] ** 2)))));
-    const named = (row) => (row.has_n ? `${row.name} at n = ${general(row.n, 6)}` : row.name), kPa = (x) => `${general(x / 1e3, 3)} kPa`;
-    let headline = `Recommended: ${named(chosen)}`;
-    if (kept.length < 2) headline = `Undecided by one run of a random signal: ${named(chosen)}`;
-    else if (tied.length) headline = `Tie: ${[chosen, ...tied].map(named).join(", ")}`;
-    const range = factor === 1 ? "at the given k_0" : `for k_0 from ${general(k_0 / factor, 2)} to ${general(k_0 * factor, 2)} W/K`;
-    let reason = `${tied.length ? named(chosen) : "It"} has at most ${kPa(chosen.worst)} RMS error, ${general(100 * chosen.worst / swing, 2)} % of the pressures' swing of ${kPa(swing)}, ${range}`;
-    if (tied.length) reason += `, and costs least; the runs do not tell ${tied.map((row) => row.name).join(" and ")} from it`;
-    else if (chosen === best) reason += ": the lowest worst case";
-    if (chosen !== best && !best.tied) {
-      reason += `; it ${chosen.needs_k_0 ? "" : "needs no k_0 and "}is the cheapest within ${(100 * layout.material).toFixed(0)} % of the lowest worst mean square error, that of ${best.name} (${kPa(best.worst)} RMS)`;
-    }
-    const shown = new Set([chosen, best, ...tied]);
-    for (const [words, of] of [["Best reduced model", models], ["Best without k_0", models.filter((row) => !row.needs_k_0)]]) {
-      if (!shown.has(of[0]) && Number.isFinite(of[0].worst)) reason += `. ${words}: ${named(of[0])}, at most ${kPa(of[0].worst)}`;
-      shown.add(of[0]);
-    }
-    let moreSeeds = tied.every((row) => alike(row.over)) || kept.length >= most ? 0 : Math.min(more * kept.length, most);
-    if (kept.length < 2) moreSeeds = first;
-    const model = chosen.i === full ? "full" : chosen.name, file = `-o ${model.toLowerCase()}.c`;
-    const next = moreSeeds ? `pneumo study my.yaml --seeds ${moreSeeds}`
-      : `pneumo export ${model} ${chosen.has_n ? `--n ${general(chosen.n, 6)} ` : ""}--to c --config my.yaml ${file}`;
-    return {headline, reason, next, moreSeeds, tied, rows: sorted, chosen, swing, k_0: [k_0 / factor, k_0, k_0 * factor]};
+    const order = ({rms}) => (Number.isFinite(rms) ? rms : Infinity);
+    found.sort((one, other) => (order(one) < order(other) ? -1 : Number(order(one) > order(other))));
+    const [best] = found, swing = Math.sqrt(mean(swings.map((of) => mean(kept.map((r) => of[r] ** 2)))));
+    const name = best.has_n ? `${best.name} at n = ${general(best.n, 6)}` : best.name;
+    return {headline: `With everything known, ${name} has the lowest error of the reduced models: ${general(best.rms / 1e3, 3)} kPa RMS.`
+      + " What is not known about valve, dead volumes and wall usually adds more.", next: "pneumo study my.yaml", rows: found, swing};
   };
-  return {layout, plant, yaml, check, general, run, cancel, choose};
+  return {layout, plant, yaml, check, general, run, cancel, rank};
 })();
 
 (() => {
@@ -288,7 +247,7 @@ const study = (() => {
     const refused = study.check(texts);
     const at = refused && (inputs[refused.key] ?? inputs.k_0_low);
     if (at) at.setAttribute("aria-invalid", "true");
-    tell(refused ? refused.line : `${2 * 3 * Number(runs.value)} runs of ${layout.steps * layout.h} s: press Run.`, Boolean(refused));
+    tell(refused ? refused.line : `${2 * Number(runs.value)} runs of ${layout.steps * layout.h} s: press Run.`, Boolean(refused));
     element("run").disabled = Boolean(refused);
     return !refused;
   };
@@ -301,29 +260,23 @@ const study = (() => {
     });
     if (tag === "td" && !i) row.className = "first";
   });
-  const why = ({moreSeeds, tied, chosen}) => {
-    if (moreSeeds) return "Next, more runs, which may decide: five here, or";
-    if (!tied.length) return "Next, the model as C source:";
-    return `Any of ${[chosen, ...tied].map(({name}) => name).join(", ")} will do: they differ by less than ${(100 * layout.material).toFixed(0)} %. Next, the one that costs least as C source:`;
-  };
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     if (!changed()) return;
     tell("Running ...");
     const began = performance.now();
     try {
-      const answer = study.choose(await study.run(texts, Number(texts.seeds), (part) => { element("progress").value = part; }));
-      tell(`${answer.headline}. ${answer.reason}.`);
+      const answer = study.rank(await study.run(texts, Number(texts.seeds), (part) => { element("progress").value = part; }));
+      tell(answer.headline);
       element("next").textContent = answer.next;
-      element("why").textContent = why(answer);
       document.body.dataset.seconds = (performance.now() - began) / 1e3; // for tests
       [element("heads"), element("ranking")].forEach((part) => part.replaceChildren());
-      if (!answer.chosen) return;
+      if (!answer.rows.length) return;
       const kPa = (value) => (Number.isFinite(value) ? general(value / 1e3, 3) : "–");
-      fill(element("heads"), "th", [["model", "n", ...answer.k_0.map((k_0) => `k₀ = ${general(k_0, 2)}`), "worst", "% of swing", "regret"]]);
-      fill(element("ranking"), "td", answer.rows.map((row) => [row.name, row.has_n ? general(row.n, 6) : "", ...row.rms.map(kPa), kPa(row.worst),
-        Number.isFinite(row.worst) ? general(100 * row.worst / answer.swing, 2) : "–", kPa(row.regret)]));
-      element("ranking").rows[answer.rows.indexOf(answer.chosen)].className = "best";
+      fill(element("heads"), "th", [["model", "n", "RMS error (kPa)", "% of swing"]]);
+      fill(element("ranking"), "td", answer.rows.map(({name, has_n, n, rms}) => [name, has_n ? general(n, 6) : "", kPa(rms),
+        Number.isFinite(rms) ? general(100 * rms / answer.swing, 2) : "–"]));
+      element("ranking").rows[0].className = "best";
       element("result").hidden = false;
     } catch (problem) {
       tell(problem.message, true);

@@ -56,8 +56,8 @@ def check(
     trust: Trust = False,
 ) -> None:
     """Check a configuration and list its experiments."""
-    from pneumo.configuration.known_within import conversion_notes
     from pneumo.configuration.parameters import study as in_SI
+    from pneumo.configuration.uncertain import conversion_notes
     from pneumo.selection.plants import study_notes
 
     configuration = read_configuration(files, trust)
@@ -92,8 +92,9 @@ def study(
     output: Annotated[
         Path | None, output_to("folder for study.html and study.nc [study-, with the files' names]")
     ] = None,
+    details: Annotated[bool, Option("--details", help="print the tables of the page too")] = False,
 ) -> None:
-    """Rank all models on your cylinder and recommend one."""
+    """Recommend a model for your cylinder, with its error budget and what to measure next."""
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import check_folder
     from pneumo.storage.files import output_folder
@@ -107,15 +108,15 @@ def study(
         context.with_resource(output_folder(folder))
         check_folder(folder)
         chosen, cells = stored_cylinder(stored, cylinder[0])
-        return _report(chosen, cells, folder, chosen)
+        return _report(chosen, cells, folder, chosen, details=details)
     if not files:
         raise InputError("Missing argument 'files': a configuration; `pneumo init` writes one")
     configuration = read_configuration(files, trust)  # before what takes a second to import
     from rich.console import Console
     from rich.progress import Progress
 
-    from pneumo.configuration.known_within import conversion_notes, known_within
     from pneumo.configuration.parameters import study as in_SI
+    from pneumo.configuration.uncertain import conversion_notes, uncertainties
     from pneumo.selection.cylinder_ranking import run_study, selected, simulated_time
 
     configured = in_SI(configuration)
@@ -130,43 +131,51 @@ def study(
     for note in conversion_notes(configuration):
         typer.echo(f"note: {note}", err=True)
     with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("full-order runs and replays", total=simulated_time(chosen))
-        limits = known_within(configuration)
-        cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), limits)
-    return _report(chosen, cells, folder, configured, [str(file) for file in files])
+        known = uncertainties(configuration)
+        task = bar.add_task("full-order runs and replays", total=simulated_time(chosen, known))
+        cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), known)
+    return _report(chosen, cells, folder, configured, [str(file) for file in files], details)
 
 
 def _report(
-    chosen: "Study", cells: "Dataset", folder: Path, configured: "Study", files: "Sequence[str]" = ()
+    chosen: "Study",
+    cells: "Dataset",
+    folder: Path,
+    configured: "Study",
+    files: "Sequence[str]" = (),
+    details: bool = False,
 ) -> None:
     """Print the answers of a study, and write its page and cells; `files` hold all that is `configured`."""
     from rich.console import Console
 
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import save_study
-    from pneumo.publish.text.terminal_tables import study_tables
-    from pneumo.selection.answer import answers, next_command
+    from pneumo.publish.text.terminal_tables import budget_table, study_tables
+    from pneumo.selection.answer import answers, export_command
     from pneumo.selection.plants import study_notes
 
     console, of_cylinders = Console(), answers(cells)
-    for answer in of_cylinders:
-        console.print(f"{answer.ranking.cylinder}: {answer.headline}. {answer.reason}.", markup=False)
-    console.print()
-    for note in study_notes(chosen):
-        console.print(note, markup=False)
     # With several k_0 the command names that of the first experiment: of one that was studied.
     ordered = configured._replace(experiments={**chosen.experiments, **configured.experiments})
-    commands = [next_command(answer, ordered, files) for answer in of_cylinders]
-    for answer in of_cylinders:
-        for table in study_tables(answer):
-            console.print(table)
-        for reason in dict.fromkeys(answer.ranking.left_out):  # once, where all runs are the same
-            console.print(f"Left out: {reason}.", markup=False)
+    commands = [export_command(answer, ordered, files) for answer in of_cylinders]
     for answer, command in zip(of_cylinders, commands, strict=True):
+        console.print(f"{answer.ranking.cylinder}: {answer.headline}. {answer.reason}.", markup=False)
+        if answer.contenders:
+            console.print(budget_table(answer))
         for advice in answer.advice:
             console.print(f"- {advice}", markup=False)
         if command:
-            console.print(f"{answer.headline}. Next: {command}", markup=False, soft_wrap=True)
+            console.print(f"Next: {command}", markup=False, soft_wrap=True)
+        for reason in dict.fromkeys(answer.ranking.left_out):  # once, where all runs are the same
+            console.print(f"Left out: {reason}.", markup=False)
+    if details:
+        for line in [
+            *study_notes(chosen),
+            *(f"Known within 95 %: {answer.limits}" for answer in of_cylinders),
+        ]:
+            console.print(line, markup=False)
+        for table in [table for answer in of_cylinders for table in study_tables(answer)]:
+            console.print(table)
     page, stored = save_study(chosen, cells, of_cylinders, folder, commands)
     console.print(f"{page}, {stored}: written", markup=False, soft_wrap=True)
     for answer in of_cylinders:

@@ -6,7 +6,7 @@ from pneumo.physics.valve import choked_flow, exact_gas, mass_flow
 
 UPSTREAM, DOWNSTREAM = 7.0, 6.0  # bar absolute: from 6 to 5 bar on the gauge, as in European catalogues
 SECONDS = 60.0  # in a minute
-USUAL_B, B_MISSING = 0.3, 0.10  # where a catalogue has no b, and how far the flow is then uncertain
+USUAL_B = 0.3  # where a catalogue has no b
 NORMAL = 293.15 / 273.15 * 1.01325  # litres at 20 degC and 1 bar in a normal litre: DIN 1343, ISO 8778
 Q_N_PER_CV = 984.0 * 1.01325  # l/min at 20 degC and 1 bar from 7 to 6 bar; 984 at 1 atm by NFPA's formula
 KV_PER_CV = 0.865  # (m^3/h) / (US gallon a minute), each per root of its unit of pressure
@@ -59,8 +59,3 @@ def conductance(key: str, value: float, b: float) -> float:
     at = 1.0, UPSTREAM, DOWNSTREAM, 293.15  # area and temperature cancel
     fraction = mass_flow(*at, gas) / choked_flow(1.0, UPSTREAM, 293.15, gas)
     return value * conversion.to_C / (SECONDS * UPSTREAM * fraction)
-
-
-def uncertainty(key: str, b: float | None) -> float:
-    """Relative accuracy of a flow that was converted from this key, or that has no b (None)."""
-    return float((CONVERSIONS[key].within ** 2 + (B_MISSING**2 if b is None else 0.0)) ** 0.5)

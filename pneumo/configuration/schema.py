@@ -7,7 +7,8 @@ import itertools
 import unicodedata
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
+import numpy as np
+from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
 
 from pneumo.catalogue import measured_cylinders
 from pneumo.configuration.conductance import CONVERSIONS, USUAL_B, conductance
@@ -31,6 +32,7 @@ from pneumo.physics.gases import GASES
 MOST_PERCENT = 50.0  # of an accuracy
 MOST_K_0_FACTOR = 100.0  # within which k_0 may be known
 Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
+Unknown = BeforeValidator(lambda value: None if value == "unknown" else value)
 MOST_KNOTS = 30  # of a curve; both chambers' fit into the core's table
 LONGEST = 20_000_000  # steps of a run: 1 GB of states
 
@@ -207,8 +209,8 @@ class ValveSection(Section):
     S_mm2: Number | None = _figure("instead: effective area; C = S / 5 within 5 %", 5000)
     Cv: Number | None = _figure("instead: flow coefficient in US units; within 15 %", 250)
     Kv_m3_per_h: Number | None = _figure("instead: metric flow coefficient; within 15 %", 220)
-    b: Number | None = key_of(
-        "critical pressure ratio; 0.3 if left out, with a flow that is uncertain by 10 %", None, gt=0, lt=1
+    b: Annotated[Number | None, Unknown] = key_of(
+        "critical pressure ratio, or unknown: 0.3, from 0.15 to 0.45", None, gt=0, lt=1
     )
     exhaust_ratio: Number = key_of("C from chamber to exhaust over that from supply to it", 1.0, gt=0, le=10)
     exhaust_b: Fraction | None = key_of(
@@ -282,14 +284,38 @@ class ValveDynamicsSection(Section):
     dead_band_V: Number = key_of("command to either side of that in which it stays shut", 0.0, ge=0, le=1000)
 
 
+class FittedSection(Section):
+    """Joint uncertainty of the quantities that a fit estimated, and each model's error on unseen data."""
+
+    quantities: list[Literal["C", "b", "exhaust", "V_d_A", "V_d_B", "k_0", "P_s", "T_in"]] = key_of(
+        "quantities, in the order of the covariance", max_length=8
+    )
+    covariance: list[list[Number]] = key_of("of their logarithms; of b and T_in (K) themselves")
+    error_kPa: dict[str, Annotated[Number, Field(ge=0, le=1e6)]] = key_of(
+        "RMS error on the part of the record that was held out, by model", default_factory=dict
+    )
+
+    @model_validator(mode="after")
+    def _covariance_of_the_quantities(self) -> Self:
+        size, rows = len(self.quantities), self.covariance
+        square = len({*self.quantities}) == size == len(rows) and all(len(row) == size for row in rows)
+        if not (square and np.allclose(rows, np.transpose(rows)) and np.linalg.eigvalsh(rows).min() > -1e-12):
+            condition = f"must be symmetric, not negative, with a row for each of the {size} quantities"
+            raise conflict(f"{len(rows)} rows", condition, ("covariance",), ("quantities",))
+        return self
+
+
 class CylinderSection(Section):
     """A cylinder with its load, its valve and the signals that excite it."""
 
     bore_mm: Number = key_of("diameter phi", gt=0, le=1000)
     stroke_mm: Number = key_of("stroke l", gt=0, le=10000)
     rod_mm: Number = key_of("diameter of a single rod, in chamber B; 0: no rod", 0.0, ge=0, le=1000)
-    dead_volume_m3: Number | None = key_of(
-        "dead volume V_d of each chamber with its tube; 10 % of half the stroke if left out", None, gt=0, le=1
+    dead_volume_m3: Annotated[Number | None, Unknown] = key_of(
+        "dead volume V_d of each chamber with its tube, or unknown: 10 % of half the stroke, × or ÷ 2.5",
+        None,
+        gt=0,
+        le=1,
     )
     # Left out of the hash if not given: older configurations keep their hash.
     dead_volume_B_m3: Number | None = key_of(
@@ -318,21 +344,24 @@ class CylinderSection(Section):
         "how the valve follows its command", None, exclude_if=lambda value: value is None
     )
     k_0_factor: Number | None = key_of(
-        "pneumo study: factor within which k_0 is known; default 2, or that of the catalogue",
+        "pneumo study: factor within which k_0 is known (95 %); default 2, or that of the catalogue",
         None,
         exclude_if=lambda value: value is None,
         ge=1,
         le=MOST_K_0_FACTOR,
     )
     valve_within_percent: Percent | None = key_of(
-        "pneumo study: accuracy of the valve's flow; left out: exact",
+        "pneumo study: accuracy of the valve's flow (95 %); default 10, more for a converted figure",
         None,
         exclude_if=lambda value: value is None,
     )
     dead_volumes_within_percent: Percent | None = key_of(
-        "pneumo study: accuracy of both dead volumes; left out: exact",
+        "pneumo study: accuracy of both dead volumes (95 %); default 20, or a factor of 2.5 where unknown",
         None,
         exclude_if=lambda value: value is None,
+    )
+    fitted: FittedSection | None = key_of(
+        "what a fit found, as `pneumo fit` writes it", None, exclude_if=lambda value: value is None
     )
     seed: Count = key_of("seed of the Random Number block", ge=0, lt=2**32)
     sample_time_s: Number = key_of("time between draws", gt=0, le=1000)
@@ -409,8 +438,11 @@ class ExperimentSection(Section):
     cylinder: str = key_of("one of the cylinders' names; not with a table: each experiment runs on every row")
     loop: Literal["open", "closed"] = key_of("open loop, or proportional position control")
     signal: SignalSection | None = key_of("signal, if not the loop's default", None)
-    k_0_W_per_K: Literal["catalogue"] | Conductance | None = key_of(
-        "thermal conductance of a chamber's wall at equilibrium; catalogue: estimated from"
+    k_0_W_per_K: Annotated[
+        Literal["catalogue"] | Conductance | None,
+        BeforeValidator(lambda value: "catalogue" if value == "unknown" else value),
+    ] = key_of(
+        "thermal conductance of a chamber's wall at equilibrium; catalogue, or unknown: estimated from"
         f" {measured_cylinders()}; or give lambda_0_W_per_m2K",
         None,
     )

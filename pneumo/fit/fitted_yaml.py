@@ -6,10 +6,12 @@ import numpy as np
 import yaml
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.schema import MOST_K_0_FACTOR, MOST_PERCENT, Configuration
+from pneumo.configuration.schema import Configuration
+from pneumo.configuration.uncertain import QUANTITIES as UNCERTAIN
+from pneumo.configuration.uncertain import SIGMAS
 from pneumo.errors import printable
 from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
-from pneumo.fit.fitted_parameters import ALSO, PARAMETERS, QUANTITIES, of_group
+from pneumo.fit.fitted_parameters import ALSO, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
 from pneumo.fit.settings import LAWS_ALIKE
 from pneumo.statistics.intervals import Interval
 
@@ -20,12 +22,7 @@ SUFFIX = "-fitted"
 KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
 DYNAMICS = "cylinders.valve_dynamics"
 CURVE = "cylinders.valve.curve"
-ALIKE = 1e-9  # of rounding, below which two numbers are equal
-MOST_WITHIN = {  # that a configuration may say
-    "k_0_factor": MOST_K_0_FACTOR,
-    "valve_within_percent": MOST_PERCENT,
-    "dead_volumes_within_percent": MOST_PERCENT,
-}
+UNCERTAIN_NAMES = {"k_xu": "C"}  # of fitted parameters that the table of uncertain quantities names otherwise
 NOTED = (*dict.fromkeys((*KEYS, *ALSO)), "k_0_A", "k_0_B", "leak")
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
 
@@ -81,9 +78,7 @@ def fitted_configuration(
         name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
     }
     notes += _put_values(content, section, known, plant, float(np.diff(fit.data["t"].values[:2]).item()))
-    accuracies, cut = _known_within(known)
-    section |= accuracies
-    notes += cut
+    section["fitted"] = _fitted_section(fit, known)
     mean = fit.estimates(rig).get("k_0", Interval(np.nan, np.nan, np.nan))
     if abs(mean.value / estimates.get("k_0", mean).value - 1) > LAWS_ALIKE:
         notes.append(
@@ -175,31 +170,29 @@ def _put_values(
     return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
 
 
-def _known_within(known: dict[str, Interval]) -> tuple[dict[str, float], list[str]]:
-    """Accuracies of k_0, valve and dead volumes for `pneumo study`, by key, and notes on those limited.
-
-    Each accuracy reaches the farther end of the interval, up to `MOST_WITHIN`. A parameter that is not in
-    `known` gets none, so that its configured accuracy remains.
-    """
-    accuracies: dict[str, float] = {}
-    if "k_0" in known:
-        value, low, high = known["k_0"]
-        accuracies["k_0_factor"] = max(value / low, high / value)
-    for key, names in (
-        ("valve_within_percent", ("k_xu",)),
-        ("dead_volumes_within_percent", of_group("dead volume")),
-    ):
-        if known.keys() >= {*names}:
-            intervals = [known[name] for name in names]
-            accuracies[key] = max(100 * max(i.high - i.value, i.value - i.low) / i.value for i in intervals)
-    cut = [key for key, accuracy in accuracies.items() if accuracy > MOST_WITHIN[key]]
-    rounded = {
-        key: max(1.0, float(np.ceil(100 * accuracy - ALIKE))) / 100 for key, accuracy in accuracies.items()
+def _fitted_section(fit: FitResult, known: dict[str, Interval]) -> dict[str, Any]:
+    """Joint covariance of the fitted quantities, and each model's error on the part held out, for a study."""
+    rig = fit.model_of_rig
+    names = [name for name in known if UNCERTAIN_NAMES.get(name, name) in UNCERTAIN and known[name].known]
+    widths = []
+    for name in names:
+        _, low, high = known[name]
+        logarithmic = UNCERTAIN[UNCERTAIN_NAMES.get(name, name)].logarithmic
+        widths.append((np.log(high / low) if logarithmic else high - low) / 2 / SIGMAS)
+    correlation = np.eye(len(names))
+    if "correlation" in fit.data:
+        related = fit.correlation(rig).reindex(index=names, columns=names).fillna(0.0).to_numpy(copy=True)
+        correlation = np.where(correlation, 1.0, related)
+    covariance = correlation * np.outer(widths, widths)
+    errors = {
+        "full order" if model == FULL_ORDER else model: rms_of_chambers(held_out) / 1e3
+        for model, held_out in zip(fit.models, fit.data["rms_held_out"].values, strict=True)
     }
-    return (
-        {key: min(accuracy, MOST_WITHIN[key]) for key, accuracy in rounded.items()},
-        [f"the interval is wider than {key} may say" for key in cut],
-    )
+    return {
+        "quantities": [UNCERTAIN_NAMES.get(name, name) for name in names],
+        "covariance": [[float(f"{value:.4g}") for value in row] for row in covariance.tolist()],
+        "error_kPa": {model: _rounded(error) for model, error in errors.items()},
+    }
 
 
 def _experiments(

@@ -8,13 +8,19 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.known_within import known_within
 from pneumo.configuration.parameters import Sources, read_yaml, study, validated
 from pneumo.configuration.plausible_cylinders import checked
 from pneumo.configuration.schema_parts import merged
+from pneumo.configuration.uncertain import uncertainties
 from pneumo.errors import ConfigurationError, as_lines
 
 BASE = Path("config/paper.yaml")
+
+
+def find_paper_study() -> None:
+    """Let this process and the scripts of its jobs import `paper.study`, which is not installed."""
+    sys.path.insert(0, "")
+    os.environ["PYTHONPATH"] = os.pathsep.join([".", *filter(None, [os.environ.get("PYTHONPATH")])])
 
 
 def as_written(files: Sequence[Path], options: Mapping[str, Any]) -> dict[str, Any]:
@@ -75,9 +81,9 @@ def checked_study(
         sys.exit(2)
 
 
-def limits_of_cylinders(config: Mapping[str, Any]) -> dict[str, list[float]]:
-    """Return the numbers of `KnownWithin` of each cylinder, from a checked configuration."""
-    return {name: list(limits) for name, limits in known_within(validated(config, [])).items()}
+def limits_of_cylinders(config: Mapping[str, Any]) -> dict[str, list[Any]]:
+    """Return the content of `Uncertain` of each cylinder, from a checked configuration."""
+    return {name: list(known) for name, known in uncertainties(validated(config, [])).items()}
 
 
 def user_cylinders(study: Study) -> list[str]:

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from pneumo.physics.models import MODELS
+from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.model_pairs import REFINED_MODELS
-from pneumo.statistics.robust_choice import FULL_ORDER
 
 LineStyle = str | tuple[int, tuple[float, ...]]
 

@@ -15,13 +15,10 @@ from pneumo.configuration.parameters import DEAD_FRACTION, load, sonic_conductan
 from pneumo.configuration.schema_messages import BOUNDS, allowed, dotted, schema_at
 from pneumo.export.live import assembled, module
 from pneumo.physics.models import MODELS
-from pneumo.selection.answer import FIRST_SEEDS, FULL_ORDER_COST, MORE_SEEDS, MOST_SEEDS, row_cost
 from pneumo.selection.cylinder_ranking import seeds_of
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.simulation.excitation import normal_deviates
-from pneumo.statistics.intervals import student_quantile
-from pneumo.statistics.ranking import MATERIAL
-from pneumo.statistics.robust_choice import FULL_ORDER, RobustModel
+from pneumo.statistics.error_budget import FULL_ORDER
 
 MINE = ("cylinders", "mine")
 # Keys with their units, in the order in which `pneumo check` looks at them.
@@ -84,8 +81,6 @@ def _layout() -> dict[str, Any]:
     seeds = seeds_of(experiments[0], chosen.seeds)
     count = experiments[0].steps // experiments[0].excitation.every + 1
     draws = np.array([[*islice(normal_deviates(seed), count)] for seed in seeds])
-    rows = [RobustModel(name, np.nan, (0.0, 0.0, 0.0)) for name in (*MODELS, FULL_ORDER)]
-    by_cost = sorted(rows, key=row_cost)
     product, factor = coefficient_times_length()
     smallest, largest = measured_bores()
     template, unset = _marked(TEMPLATE.read_text(encoding="utf-8"))
@@ -115,18 +110,8 @@ def _layout() -> dict[str, Any]:
         "runs": RUNS,
         "most_runs": len(seeds),
         "n": list(chosen.n),
-        "rows": [
-            {
-                "name": row.model,
-                "has_n": row.model != FULL_ORDER and MODELS[row.model].has_n,
-                "needs_k_0": bool(FULL_ORDER_COST[0] if row.model == FULL_ORDER else row_cost(row)[0]),
-                "cost": by_cost.index(row),
-            }
-            for row in rows
-        ],
-        "material": MATERIAL,
-        "more_seeds": [FIRST_SEEDS, MORE_SEEDS, MOST_SEEDS],
-        "quantiles": [student_quantile(degrees) for degrees in range(1, len(seeds))],
+        "rows": [{"name": name, "has_n": model.has_n} for name, model in MODELS.items()]
+        + [{"name": FULL_ORDER, "has_n": False}],
         "plausible": {
             "least_mm": plausible.LEAST_MM,
             "fastest": plausible.FASTEST,

@@ -4,7 +4,6 @@ Full-order runs and replays are those of the paper's study. The first run of an 
 configured seed, so that its cells equal those of `results/exact`.
 """
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -13,28 +12,27 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Plant, Study
-from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.sampling import EXACT_SAMPLING
+from pneumo.configuration.uncertain import GROUPS, Uncertain, plant_with
 from pneumo.errors import InputError
 from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.simulation.full_order import record
 from pneumo.simulation.replay import full_order_mse, replay
 from pneumo.simulation.settling import thermal_time_constant
+from pneumo.statistics.averages import best_n
+from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.storage.files import attributes, write
 from pneumo.storage.grid_layout import replayed_grid, same_at_every_n
 from pneumo.storage.layout import CHAMBERS, run_outcome
 
 TITLE = "Reduced models on repeated runs"
-K_0_ENDS = ("low", "high")  # of the range within which the cylinder's k_0 is known
-CORNERS = tuple(itertools.product((-1, 1), repeat=3))  # ends of the ranges of k_0, valve, dead volumes
-OFF_PLANTS = tuple(
-    ", ".join(
-        f"{name} {'low' if end < 0 else 'high'}"
-        for name, end in zip(("k_0", "valve", "V_d"), ends, strict=True)
-    )
-    for ends in CORNERS
-)
+DRAWS, KNOWN_DRAWS = 64, 32  # cylinders drawn in all, and again with each group of quantities known
+SHORTEST = 2.0  # s, of a drawn cylinder's run
+POINTS_SEED = 2006  # of the scrambled points
+ROWS = (*MODELS, FULL_ORDER)
+LABELS = ("experiment", "cylinder", "loop", "k_0", "seed")
+LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's rule
 TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experiment's stride
 
 
@@ -74,105 +72,66 @@ def seeds_of(experiment: Experiment, count: int) -> list[int]:
     return [first, *np.random.SeedSequence(first).generate_state(count - 1).tolist()]
 
 
-def simulated_time(study: Study) -> float:
+def simulated_time(study: Study, uncertain: Mapping[str, Uncertain] | None = None) -> float:
     """Total simulated time of all runs of a study, s."""
-    return sum(e.duration * len(seeds_of(e, study.seeds)) for e in study.experiments.values())
+    total = 0.0
+    for e in study.experiments.values():
+        total += e.duration * len(seeds_of(e, study.seeds))
+        if uncertain:
+            groups = len(uncertain[e.cylinder].groups)
+            total += shortened(e).duration * (DRAWS + groups * KNOWN_DRAWS)
+    return total
 
 
-def mse_at_other_k_0(
-    experiment: Experiment, n: tuple[float, ...], ratio: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean square errors, Pa^2, if the cylinder's true k_0 is `ratio` times the experiment's.
-
-    Returns three arrays: by (model, n, chamber) the errors of models that use the experiment's k_0, then
-    those of models that use the true one; by (chamber) the error of the full order with the experiment's
-    k_0. NaN for replays that fail.
-    """
-    gamma = experiment.plant.gas.gamma
-    recording = record(experiment._replace(plant=experiment.plant._replace(k_0=ratio * experiment.plant.k_0)))
-    right = [lane(model, value, gamma) for model in MODELS.values() for value in n]
-    wrong = [row._replace(wall_scale=row.wall_scale / ratio) for row in right]
-    cells = replay(recording, lane_array([*wrong, *right]), EXACT_SAMPLING, experiment.steps)
-    mse = np.where(cells.status != 0, np.nan, cells.mse).reshape(2, len(MODELS), len(n), 2)
-    full = full_order_mse(recording, [full_order_lane(gamma, 1 / ratio)], EXACT_SAMPLING)[0]
-    return mse[0], mse[1], full
+def shortened(experiment: Experiment) -> Experiment:
+    """Run of a drawn cylinder: ten thermal time constants long if its signal is random."""
+    if not experiment.excitation.random:
+        return experiment
+    enough = max(LONG_RUN * thermal_time_constant(experiment.plant), SHORTEST)
+    return experiment._replace(steps=int(min(experiment.steps, enough / experiment.h)))
 
 
-def off_plants(plant: Plant, known: KnownWithin) -> list[Plant]:
-    """Plants whose k_0, valve and dead volumes are each at an end of the range in which they are known.
+def drawn_deviations(uncertain: Uncertain, count: int) -> np.ndarray:
+    """Deviations of a cylinder's quantities, shape (count, quantity), from quasi-random points."""
+    from scipy.stats.qmc import MultivariateNormalQMC  # half a second
 
-    In the order of `OFF_PLANTS`. Plants are equal where a range is a single value.
-    """
-    valve, cylinder = plant.valve, plant.cylinder
-
-    def at(k_0_end: int, valve_end: int, volume_end: int) -> Plant:
-        volume = 1 + volume_end * known.dead_volumes
-        return plant._replace(
-            k_0=plant.k_0 * known.k_0_factor**k_0_end,
-            valve=valve._replace(k_xu=valve.k_xu * (1 + valve_end * known.valve)),
-            cylinder=cylinder._replace(V_d_A=volume * cylinder.V_d_A, V_d_B=volume * cylinder.V_d_B),
-        )
-
-    return [at(*ends) for ends in CORNERS]
+    mean = np.zeros(len(uncertain.names))
+    return MultivariateNormalQMC(mean, np.array(uncertain.covariance), rng=POINTS_SEED).random(count)
 
 
-def mse_on_other_plant(
-    experiment: Experiment, n: tuple[float, ...], plant: Plant
-) -> tuple[np.ndarray, np.ndarray]:
-    """Mean square errors, Pa^2, of models that take the experiment's plant where the cylinder is `plant`.
+def errors_on(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:
+    """Mean square errors, Pa^2, by (row, chamber), of models with the experiment's plant on a run of another.
 
-    Returns those of the reduced models by (model, n, chamber) and of the full order by (chamber). NaN for
-    replays that fail. Signals inside a step are computed from the run's state with the experiment's plant.
+    Rows are models at an n, then the full order. NaN for replays that fail. Signals inside a step are
+    computed from the run's state with the experiment's plant.
     """
     recording = record(experiment._replace(plant=plant))._replace(plant=experiment.plant)
-    lanes = [lane(model, value, experiment.plant.gas.gamma) for model in MODELS.values() for value in n]
-    cells = replay(recording, lane_array(lanes), EXACT_SAMPLING, experiment.steps)
-    mse = np.where(cells.status != 0, np.nan, cells.mse).reshape(len(MODELS), len(n), 2)
-    return mse, full_order_mse(recording, [full_order_lane(experiment.plant.gas.gamma)], EXACT_SAMPLING)[0]
+    gamma = experiment.plant.gas.gamma
+    lanes = lane_array([lane(MODELS[model], n, gamma) for model, n in rows])
+    cells = replay(recording, lanes, EXACT_SAMPLING, experiment.steps)
+    mse = np.where(cells.status != 0, np.nan, cells.mse)
+    return np.vstack([mse, full_order_mse(recording, [full_order_lane(gamma)], EXACT_SAMPLING)])
 
 
-def one_run(
-    experiment: Experiment, n: tuple[float, ...], traced: bool, known: KnownWithin | None = None
-) -> xr.Dataset:
+def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Dataset:
     """Run an experiment once and replay every model at every n on it.
 
     The dataset has the variables of `replayed_grid` without the pressures, those of `run_outcome`, and
-    `swing`, the standard deviation of the run's pressures, Pa. Two further runs, with k_0 divided by and
-    times its factor in `known`, give by (k_0_end, model, n, chamber) `mse_of_wrong_k_0` of models with the
-    configured k_0 and `mse_of_right_k_0` of models with that of the run; by (k_0_end, chamber),
-    `mse_of_full_order` with the configured k_0; all in Pa^2. Where valve or dead volumes are not known
-    exactly, runs with every combination of the ends of all three ranges give `mse_of_off_plant` and
-    `mse_of_full_order_off_plant` in the same way, by `off_plant`. With `traced` it also has the first samples
-    of all pressures.
+    `swing`, the standard deviation of the run's pressures, Pa. With `traced` it also has the first samples of
+    all pressures.
     """
     recording = record(experiment)
     stride = experiment.pressure_stride if traced else experiment.steps
     cells = replayed_grid(experiment, n, recording, EXACT_SAMPLING, stride)
     pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
-    known = known or KnownWithin()
-    ends = [mse_at_other_k_0(experiment, n, ratio) for ratio in (1 / known.k_0_factor, known.k_0_factor)]
-    wrong, right, full = (np.stack(arrays) for arrays in zip(*ends, strict=True))
-    dims = ("k_0_end", "model", "n", "chamber")
-    about = {"units": "Pa2", "long_name": "mean square error where the cylinder's k_0 is at the end"}
     swing = {
         "units": "Pa",
         "long_name": "standard deviation of the pressures, root mean square of both chambers",
     }
     cells = cells.drop_vars(["pressure", "t"]).assign(
-        mse_of_wrong_k_0=(dims, wrong, about | {"comment": "the models take the configured k_0"}),
-        mse_of_right_k_0=(dims, right, about | {"comment": "the models take the cylinder's k_0"}),
-        mse_of_full_order=(("k_0_end", "chamber"), full, about | {"comment": "by the full order"}),
         swing=((), float(recording.states[:, [2, 4]].var(axis=0).mean() ** 0.5), swing),
         **run_outcome(recording),
     )
-    if known.valve or known.dead_volumes:
-        plants = off_plants(experiment.plant, known)
-        off = {plant: mse_on_other_plant(experiment, n, plant) for plant in dict.fromkeys(plants)}
-        reduced, full_order = (np.stack(arrays) for arrays in zip(*map(off.get, plants), strict=True))
-        about |= {"long_name": "mean square error where the cylinder's k_0, valve and dead volumes are off"}
-        cells["mse_of_off_plant"] = (("off_plant", *dims[1:]), reduced, about)
-        cells["mse_of_full_order_off_plant"] = (("off_plant", "chamber"), full_order, about)
-        cells = cells.assign_coords(off_plant=list(OFF_PLANTS))
     if traced:
         states = recording.states[: TRACED_SAMPLES * stride : stride]
         full_order = {"units": "Pa", "long_name": "full order"}
@@ -181,44 +140,100 @@ def one_run(
         cells["trace_P"] = (("chamber", "sample"), states[:, [2, 4]].T, full_order)
         cells["trace_pressure"] = pressure
         cells = cells.pad(sample=(0, TRACED_SAMPLES - len(states)), constant_values=np.nan, keep_attrs=True)
-    seed = experiment.excitation.seed
-    return cells.assign_coords(k_0_end=list(K_0_ENDS), seed=seed, chamber=CHAMBERS)
+    return cells.assign_coords(seed=experiment.excitation.seed, chamber=CHAMBERS)
+
+
+def drawn_errors(
+    experiments: Sequence[Experiment],
+    rows: Sequence[tuple[str, float]],
+    uncertain: Uncertain,
+    draws: int,
+    pool: ThreadPoolExecutor,
+    progress: Callable[[float], None],
+) -> xr.Dataset:
+    """Errors of all models on cylinders drawn from what is not known about one, each with its own seed.
+
+    `rows` are the models, each at one n. Returns, in Pa^2, by (experiment, draw, row, chamber) `mse_drawn` of
+    these and of the full order; if `draws` is `DRAWS`, by (group, experiment, known_draw, row, chamber)
+    `mse_known`, where the quantities of one group are as configured; NaN for a group that is known.
+    """
+    deviations = drawn_deviations(uncertain, draws)
+
+    def errors(moved: np.ndarray) -> np.ndarray:
+        def work(item: tuple[Experiment, int]) -> np.ndarray:
+            e, draw = item
+            seeds = seeds_of(e, draws)
+            plant = plant_with(e.plant, uncertain.names, moved[draw])
+            mse = errors_on(e.with_seed(seeds[draw % len(seeds)]), plant, rows)
+            progress(e.duration)
+            return mse
+
+        items = [(shortened(e), draw) for e in experiments for draw in range(len(moved))]
+        return np.array(list(pool.map(work, items))).reshape(len(experiments), len(moved), len(ROWS), 2)
+
+    about = {"units": "Pa2", "long_name": "mean square error on cylinders drawn from what is not known"}
+    measured = [[uncertain.measured.get(name, np.nan) for name in ROWS]] * len(experiments)
+    on_record = {"units": "Pa", "long_name": "RMS error on the part of a record that its fit did not see"}
+    limits = ["; ".join(map(uncertain.text, uncertain.names))] * len(experiments)
+    cells = xr.Dataset(
+        {
+            "mse_drawn": (("experiment", "draw", "row", "chamber"), errors(deviations), about),
+            "measured": (("experiment", "row"), measured, on_record),
+            "limits": ("experiment", limits, {"long_name": "95 % limits within which quantities are known"}),
+        },
+        {"chamber": CHAMBERS, "row": list(ROWS)},
+    )
+    if draws == DRAWS:
+        known = np.full((len(GROUPS), len(experiments), KNOWN_DRAWS, len(ROWS), 2), np.nan)
+        for group in uncertain.groups:
+            known[GROUPS.index(group)] = errors(uncertain.known(group, deviations[:KNOWN_DRAWS]))
+        about = about | {"long_name": "the same if the quantities of one group are known"}
+        cells["mse_known"] = (("group", "experiment", "known_draw", "row", "chamber"), known, about)
+        cells = cells.assign_coords(group=list(GROUPS))
+    return cells
 
 
 def run_study(
     study: Study,
     threads: int,
     progress: Callable[[float], None] = lambda _seconds: None,
-    known: Mapping[str, KnownWithin] | None = None,
+    uncertain: Mapping[str, Uncertain] | None = None,
     *,
     traced: bool = True,
+    draws: int = DRAWS,
 ) -> xr.Dataset:
     """Run every experiment of a study with several seeds, and replay every model at every n on each run.
 
-    An experiment whose signal is not random runs once. `known` has the limits within which each cylinder is
-    known, from `known_within`; other cylinders get the defaults of `KnownWithin`. `progress` is called after
-    each run with its simulated time, s.
+    An experiment whose signal is not random runs once. `uncertain` says how well each cylinder is known, from
+    `uncertainties`; without it no cylinders are drawn. `progress` is called after each run with its simulated
+    time, s.
 
-    Returns the variables of `one_run` by (experiment, run, ...); with `traced`, pressures over time of each
-    experiment's first run; by experiment, the limits, `time_constant`, s, and `duration`, s. The result
-    does not depend on the number of threads.
+    Returns the variables of `one_run` by (experiment, run, ...) and those of `drawn_errors`; with `traced`,
+    pressures over time of each experiment's first run; by experiment, `time_constant`, s, and `duration`, s.
+    The result does not depend on the number of threads.
     """
-
-    def limits(e: Experiment) -> KnownWithin:
-        return (known or {}).get(e.cylinder, KnownWithin())
 
     def work(item: tuple[Experiment, int]) -> xr.Dataset:
         e, seed = item
-        first = seed == e.excitation.seed
-        cells = one_run(e.with_seed(seed), study.n, traced and first, limits(e))
+        cells = one_run(e.with_seed(seed), study.n, traced and seed == e.excitation.seed)
         progress(e.duration)
         return cells
 
     experiments = list(study.experiments.values())
     plan = [(e, seed) for e in experiments for seed in seeds_of(e, study.seeds)]
     longest_first = sorted(plan, key=lambda item: -item[0].steps)
+    drawn: dict[str, xr.Dataset] = {}
     with ThreadPoolExecutor(threads) as pool:
         done = list(zip(longest_first, pool.map(work, longest_first), strict=True))
+        for cylinder in dict.fromkeys(e.cylinder for e in experiments if uncertain):
+            of_cylinder = [e for e in experiments if e.cylinder == cylinder]
+            runs = [cells["mse"] for (e, _), cells in done if e.cylinder == cylinder]
+            mse = np.mean([run.mean("chamber", skipna=False).values for run in runs], axis=0)
+            n = best_n(xr.DataArray(mse, {"model": list(MODELS), "n": list(study.n)})).fillna(study.n[0])
+            rows = [(name, float(n.sel(model=name))) for name in MODELS]
+            assert uncertain is not None
+            cells = drawn_errors(of_cylinder, rows, uncertain[cylinder], draws, pool, progress)
+            drawn |= {e.name: cells.isel(experiment=i) for i, e in enumerate(of_cylinder)}
     count = study.seeds if any(e.excitation.random for e in experiments) else 1
     parts: list[xr.Dataset] = []
     for e in experiments:
@@ -228,18 +243,20 @@ def run_study(
         cells = cells * count if len(cells) == 1 else cells
         part = xr.concat(cells, "run", coords=["seed"], compat="equals", combine_attrs="drop_conflicts")
         part = part.assign({name: runs[0][name].drop_vars("seed") for name in traces})
-        part["k_0_factor"] = ((), limits(e).k_0_factor, {"long_name": "k_0 is known within this factor"})
-        part["valve_within"] = ((), limits(e).valve, {"long_name": "largest relative error of the valve"})
-        within = {"long_name": "largest relative error of the dead volumes"}
-        part["dead_volumes_within"] = ((), limits(e).dead_volumes, within)
+        if e.name in drawn:
+            part = part.merge(drawn[e.name], join="exact", combine_attrs="drop_conflicts")
         part["time_constant"] = ((), thermal_time_constant(e.plant), {"units": "s"})
         part["gamma"] = ((), e.plant.gas.gamma, {"units": "1", "long_name": "ratio of specific heats"})
         part["duration"] = ((), e.duration, {"units": "s", "long_name": "length of each run"})
         part["random"] = ((), np.int8(e.excitation.random), {"long_name": "whether the seed plays a role"})
         parts.append(part)
-    labels = ["experiment", "cylinder", "loop", "k_0", "seed"]
     return xr.concat(
-        parts, "experiment", coords=labels, join="exact", compat="equals", combine_attrs="drop_conflicts"
+        parts,
+        "experiment",
+        coords=list(LABELS),
+        join="exact",
+        compat="equals",
+        combine_attrs="drop_conflicts",
     )
 
 

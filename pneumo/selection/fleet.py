@@ -15,43 +15,39 @@ import xarray as xr
 
 from pneumo.configuration.cylinder_table import experiment_name
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.study_json import from_json, plain
+from pneumo.configuration.uncertain import Uncertain
 from pneumo.errors import InputError, ResultError
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answers
 from pneumo.selection.cylinder_ranking import one_run, run_study
+from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.intervals import UNKNOWN, Interval
 from pneumo.statistics.model_pairs import REFINEMENT_STEPS
-from pneumo.statistics.robust_choice import FULL_ORDER
 from pneumo.storage.files import read
 from pneumo.storage.layout import described
 
 INDEX = "fleet.nc"
-UNDECIDED = "one run decides nothing"  # of a random signal
 CELLS = (
     "mean_error",
     "variance",
     "mse",
     "failure_time",
-    "mse_of_wrong_k_0",
-    "mse_of_right_k_0",
-    "mse_of_full_order",
-    "mse_of_off_plant",
-    "mse_of_full_order_off_plant",
-)  # 4 bytes; the last two where accuracies are configured
+    "mse_drawn",
+)  # 4 bytes
+DRAWS = 16  # of each cylinder; the parts of the error are left to `pneumo study`
 
 ABOUT = {  # unit, long name
     "recommended": ("", "model to take, or the full order; nothing if none ran"),
-    "tied": ("", "models that the runs do not distinguish from it, or that one run decides nothing"),
+    "as_good": ("", "the other models within 10 % of the lowest mean square error"),
     "reason": ("", "why that model"),
     "advice": ("", "what would decide better, one line each"),
     "runs": ("1", "runs of each experiment that count"),
     "bore": ("m", "diameter of the piston"),
     "stroke": ("m", "stroke"),
-    "worst_rms": ("Pa", "largest RMS error over the range of k_0, at the n where it is least"),
-    "worst_rms_of_full_order": ("Pa", "largest RMS error of the full order over the range of k_0"),
-    "worst_n": ("1", "that polytropic index, to take; NaN where it plays no role"),
+    "expected_rms": ("Pa", "RMS error on cylinders drawn from what is not known, at the n where it is least"),
+    "expected_rms_of_full_order": ("Pa", "the same of the full order"),
+    "expected_n": ("1", "that polytropic index, to take; NaN where it plays no role"),
     "place": ("1", "rank by the mean square error of all experiments and runs, from 1"),
     "best_n": ("1", "polytropic index with the lowest error; NaN where it plays no role"),
     "best_mse": ("Pa2", "mean square error at that n, both chambers"),
@@ -66,7 +62,7 @@ ABOUT |= {
     for name in ("best_mse", "over_best", "gain")
     for end, words in (("low", "lower"), ("high", "upper"))
 }
-INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0", "k_0_factor")  # of the index
+INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0", "limits")  # of the index
 
 
 def studies_of(study: Study) -> dict[str, Study]:
@@ -88,20 +84,19 @@ def answer_dataset(answer: Answer) -> xr.Dataset:
     """Answer for one cylinder, with its ranking by model and gains by refinement; `ABOUT` has the units."""
     ranking = answer.ranking
     by_model = {row.model: row for row in ranking.rows}
-    robust = {row.model: row for row in ranking.unknown_k_0.rows} if ranking.unknown_k_0 else {}
-    full_order = robust.get(FULL_ORDER)
-    undecided = bool(answer.chosen) and not answer.compared
+    expected = {row.model: row for row in ranking.budget.rows} if ranking.budget else {}
+    full_order = expected.get(FULL_ORDER)
     rows = [by_model.get(name) for name in MODELS]
     gains = [gain.percent for gain in ranking.gains] or [UNKNOWN] * len(REFINEMENT_STEPS)
     variables: dict[str, Any] = {
         "recommended": ((), answer.chosen),
-        "tied": ((), UNDECIDED if undecided else ", ".join(answer.tied)),
+        "as_good": ((), ", ".join(answer.as_good)),
         "reason": ((), answer.reason),
         "advice": ((), "\n".join(answer.advice)),
         "runs": ((), np.int32(ranking.runs)),
-        "worst_rms": ("model", [robust[name].worst if name in robust else np.nan for name in MODELS]),
-        "worst_rms_of_full_order": ((), full_order.worst if full_order else np.nan),
-        "worst_n": ("model", [robust[name].n if name in robust else np.nan for name in MODELS]),
+        "expected_rms": ("model", [expected[name].rms if name in expected else np.nan for name in MODELS]),
+        "expected_rms_of_full_order": ((), full_order.rms if full_order else np.nan),
+        "expected_n": ("model", [expected[name].n if name in expected else np.nan for name in MODELS]),
         "best_n": ("model", [row.n if row else np.nan for row in rows]),
         **_ends("best_mse", "model", [row.mse if row else UNKNOWN for row in rows]),
         **_ends("over_best", "model", [row.over_best if row else UNKNOWN for row in rows]),
@@ -132,12 +127,12 @@ def run_block(
     study: Study,
     threads: int,
     progress: Callable[[str], None] = lambda _cylinder: None,
-    known: Mapping[str, KnownWithin] | None = None,
+    uncertain: Mapping[str, Uncertain] | None = None,
 ) -> xr.Dataset:
     """Run and rank every cylinder of a block, a group of rows of the table that one job computes.
 
-    `progress` is called with the name of each cylinder once it is done; `known` is that of `run_study`. The
-    result does not depend on the number of threads.
+    `progress` is called with the name of each cylinder once it is done; `uncertain` is that of `run_study`.
+    The result does not depend on the number of threads.
 
     Returns
     -------
@@ -148,7 +143,9 @@ def run_block(
 
     def work(item: tuple[str, Study]) -> xr.Dataset:
         name, of_cylinder = item
-        dataset = cylinder_dataset(of_cylinder, run_study(of_cylinder, 1, known=known, traced=False))
+        dataset = cylinder_dataset(
+            of_cylinder, run_study(of_cylinder, 1, uncertain=uncertain, traced=False, draws=DRAWS)
+        )
         progress(name)
         return dataset
 

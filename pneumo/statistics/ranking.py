@@ -13,9 +13,9 @@ import xarray as xr
 
 from pneumo.physics.models import MODELS, Model
 from pneumo.statistics.averages import best_n
+from pneumo.statistics.error_budget import Budget, error_budget
 from pneumo.statistics.intervals import Interval, paired_ratio, student_interval
 from pneumo.statistics.model_pairs import REFINEMENT_STEPS
-from pneumo.statistics.robust_choice import UnknownConductance, robust_choice
 
 MATERIAL = 0.10  # a mean square error at most this fraction above the lowest is as good in practice
 
@@ -52,7 +52,7 @@ class Ranking(NamedTuple):
     left_out: tuple[str, ...]  # full-order runs that failed
     rows: tuple[RankedModel, ...] = ()  # best first; empty if no full-order run succeeded
     gains: tuple[Gain, ...] = ()
-    unknown_k_0: UnknownConductance | None = None  # None if no full-order run succeeded
+    budget: Budget | None = None  # None if no cylinder was drawn
     by_experiment: Mapping[str, Mapping[str, float]] = {}  # RMS error, Pa, of each model at its n
 
     def row(self, model: str) -> RankedModel:
@@ -95,7 +95,6 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
         name: {model: float(value.sel(experiment=name).mean() ** 0.5) for model, value in at_best.items()}
         for name in names
     }
-    robust = robust_choice(cells)
     return Ranking(
         cylinder=cylinder,
         experiments=names,
@@ -103,7 +102,7 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
         left_out=failed_runs,
         rows=rows,
         gains=tuple(gains),
-        unknown_k_0=robust,
+        budget=error_budget(cells, cell_n),
         by_experiment=by_experiment,
     )
 

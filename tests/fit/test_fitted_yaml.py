@@ -8,8 +8,8 @@ import yaml
 from checkout import ROOT
 
 from pneumo.catalogue import default_conductance
-from pneumo.configuration.known_within import known_within
 from pneumo.configuration.parameters import load, study
+from pneumo.configuration.uncertain import uncertainties
 from pneumo.fit.fit_result import Estimate, FitResult, fit_data
 from pneumo.fit.fitted_parameters import REPORTED
 from pneumo.fit.fitted_yaml import fitted_configuration
@@ -131,20 +131,17 @@ def test_a_valve_early_by_less_than_a_sample_of_1_ms_has_no_dead_time(mine, tmp_
 
 
 def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_path):
-    before = tmp_path / "before.yaml"
-    before.write_text("cylinders: {mine: {valve_within_percent: 5.0, dead_volumes_within_percent: 20.0}}\n")
-    narrow = Interval(VALUES["k_xu"], 0.99 * VALUES["k_xu"], 1.017 * VALUES["k_xu"])
+    narrow = Interval(VALUES["k_xu"], 0.99 * VALUES["k_xu"], 1.01 * VALUES["k_xu"])
     fit = found(k_xu=narrow.low)
     fit.data["high"].loc[{"model": "M8", "parameter": "k_xu"}] = narrow.high
-    known = known_within(read(written(fit, "mine", mine, TEMPLATE, before), tmp_path)[0])["mine"]
-    assert known.valve == pytest.approx(0.017, abs=1e-6)  # rounded up to 0.01 %
-    assert 1 / 0.9 <= known.k_0_factor <= 1 / 0.9 + 0.01 and known.dead_volumes == pytest.approx(0.1)
-    # An open end says nothing of an accuracy; one that is too wide for a key is said to be.
-    text = written(found(k_0=np.nan, V_d_B=np.nan, k_xu=1e-8), "mine", mine, TEMPLATE, before)
-    unknown = known_within(read(text, tmp_path)[0])["mine"]
-    assert (unknown.valve, unknown.dead_volumes) == (0.5, 0.2)
-    assert unknown.k_0_factor == known_within(load(TEMPLATE))["mine"].k_0_factor
-    assert "wider than valve_within_percent may say" in text
+    known = uncertainties(read(written(fit, "mine", mine, TEMPLATE), tmp_path)[0])["mine"]
+    assert known.half_width("C") == pytest.approx(0.01, rel=1e-3)
+    assert known.half_width("k_0") < uncertainties(load(TEMPLATE))["mine"].half_width("k_0")
+    assert set(known.measured) == {*fit.models}
+    # An open end says nothing: the limits of the configuration remain.
+    text = written(found(k_0=np.nan, V_d_B=np.nan), "mine", mine, TEMPLATE)
+    unknown = uncertainties(read(text, tmp_path)[0])["mine"]
+    assert unknown.half_width("k_0") == uncertainties(load(TEMPLATE))["mine"].half_width("k_0")
 
 
 def test_a_model_on_a_bound_of_the_search_is_not_offered_for_an_export(mine):

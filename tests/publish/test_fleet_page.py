@@ -9,11 +9,11 @@ from ranked_cells import answered, made
 from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows
 from pneumo.selection.answer import Answer
 from pneumo.selection.fleet import answer_dataset, together
+from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.ranking import Ranking
-from pneumo.statistics.robust_choice import FULL_ORDER
 
 FIRST = {"full": 1e3}  # the full order's error is too large for it to be chosen
-SECOND = {"scale": 1e8, "ends": (1.0, 4.0)}
+SECOND = {"scale": 1e8}
 LARGEST = 5_000_000  # bytes, of ten thousand cylinders
 
 
@@ -24,7 +24,6 @@ def index():
     parts = [answer_dataset(answer).drop_vars("advice") for answer in of_three]
     for i, other_k_0 in enumerate((0.3, 0.3, 0.4)):
         parts[i] = parts[i].assign_coords(k_0=("experiment", [0.3, other_k_0]))
-        parts[i]["k_0_factor"] = ("experiment", [2.7, 2.7])
     sizes = zip(parts, (0.025, 0.0123456, 0.1), strict=True)
     parts = [part.assign(bore=bore, stroke=10 * bore, failed_runs=np.int32(0)) for part, bore in sizes]
     parts[2]["failed_runs"] += 4
@@ -35,28 +34,24 @@ def test_rows_hold_the_recommendation_in_mm_and_kPa(index):
     first, second, failed = fleet_rows(index)
     row = dict(zip(HEADS, first, strict=True))
     inputs = {"cylinder": "c1", "bore (mm)": 25.0, "stroke (mm)": 250.0, "k₀ (W/K)": 0.3}
-    inputs["known within × or ÷"] = 2.7
     assert inputs.items() <= row.items()
     answer = answered(made(**FIRST))
-    chosen, best = answer.contender(answer.chosen).row, answer.ranking.unknown_k_0.models[0]
+    chosen, best = answer.contender(answer.chosen).row, answer.contenders[0].row
     assert chosen != best and chosen.model != FULL_ORDER
     assert (row["recommended"], row["n"], row["runs"]) == (chosen.model, chosen.n, 4)
-    assert (row["best reduced"], row["not distinguished"]) == (best.model, ", ".join(answer.tied))
-    assert row["worst RMS (kPa)"] == pytest.approx(chosen.worst / 1e3, rel=1e-3)
-    assert row["its worst RMS (kPa)"] == pytest.approx(best.worst / 1e3, rel=1e-3)
+    assert (row["best reduced"], row["as good"]) == (best.model, ", ".join(answer.as_good))
+    assert row["expected RMS (kPa)"] == pytest.approx(chosen.rms / 1e3, rel=1e-3)
+    assert row["its expected RMS (kPa)"] == pytest.approx(best.rms / 1e3, rel=1e-3)
     assert second[1] == 12.35
-    assert failed == ("c10", 100.0, 1000.0, None, 2.7, "", None, None, "", "", None, 0, 4)
+    assert failed == ("c10", 100.0, 1000.0, None, "", None, None, "", "", None, 0, 4)
 
 
-def test_the_best_model_is_that_of_the_lowest_worst_case(index):
-    ranking = answered(made(**SECOND)).ranking
-    robust = ranking.unknown_k_0.models[0]
-    assert ranking.rows[0].model != robust.model  # with the right k_0 another is best
+def test_the_full_order_is_recommended_where_it_is_best(index):
     row = dict(zip(HEADS, fleet_rows(index)[1], strict=True))
-    assert (row["recommended"], row["n"], row["best reduced"]) == (FULL_ORDER, None, robust.model)
-    full_order = ranking.unknown_k_0.full_order
-    assert row["worst RMS (kPa)"] == pytest.approx(full_order.worst / 1e3, rel=1e-3)
-    assert row["its worst RMS (kPa)"] == pytest.approx(robust.worst / 1e3, rel=1e-3)
+    rows = [contender.row for contender in answered(made(**SECOND)).contenders]
+    assert (row["recommended"], row["n"], row["best reduced"]) == (FULL_ORDER, None, rows[1].model)
+    assert row["expected RMS (kPa)"] == pytest.approx(rows[0].rms / 1e3, rel=1e-3)
+    assert row["its expected RMS (kPa)"] == pytest.approx(rows[1].rms / 1e3, rel=1e-3)
 
 
 def test_ten_thousand_cylinders_make_a_page_of_at_most_5_MB(index):
@@ -77,9 +72,9 @@ def test_the_table_sorts_and_filters(index, visit, tmp_path):
     file.write_text(fleet_page("plant", index), encoding="utf-8")
     browser = visit(file)
     assert browser.run(NAMES) == "c1 c2 c10"  # numbers in names count as numbers
-    browser.run(CLICK.format("worst RMS (kPa)"))
+    browser.run(CLICK.format("expected RMS (kPa)"))
     assert browser.run(NAMES) == "c1 c2 c10"
-    browser.run(CLICK.format("worst RMS (kPa)"))
+    browser.run(CLICK.format("expected RMS (kPa)"))
     assert browser.run(NAMES) == "c2 c1 c10"  # what has no number stays last
     assert browser.run("document.querySelector('th[aria-sort]').ariaSort") == "descending"
     browser.run(SET.format("search", "C1"))
@@ -91,7 +86,7 @@ def test_the_table_sorts_and_filters(index, visit, tmp_path):
     browser.run(SET.format("high", "50"))
     assert browser.run(NAMES) == "c1"
     browser.run("element('reset').click()")
-    browser.run(SET.format("recommended", fleet_rows(index)[0][5]))
+    browser.run(SET.format("recommended", fleet_rows(index)[0][4]))
     assert browser.run(NAMES) == "c1"
     assert_readable(browser, least=20)
     assert_quiet(browser, file)

@@ -12,11 +12,14 @@ from rich.console import Console
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
+from pneumo.configuration.uncertain import GROUPS
+from pneumo.publish.figures import study_figures
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
 from pneumo.publish.text import terminal_tables
 from pneumo.publish.text.terminal_tables import (
-    contest_cells,
+    budget_cells,
+    budget_heads,
     ranking_cells,
 )
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -47,14 +50,13 @@ def page():
 def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
     answer = answered(made())
     ranking = answer.ranking
-    assert "Recommended: full order" in page and with_indices(answer.reason) in page
+    assert "Take the full order" in page and with_indices(answer.reason) in page
     assert "<code>pneumo export full --config &#39;a&lt;b.yaml&#39;</code>" in page
     for row in ranking.rows:
         line = "".join(f"<td>{text}</td>" for text in ranking_cells(row))
         assert line in page
-    assert f"{with_indices('k_0 = 0.15')}</th>" in page
     for contender in answer.contenders:
-        line = "".join(f"<td>{text}</td>" for text in contest_cells(contender, answer.swing))
+        line = "".join(f"<td>{text}</td>" for text in budget_cells(contender, answer))
         assert line in page
     assert "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])
     assert page.count("<img") == 5
@@ -84,15 +86,44 @@ def test_texts_are_escaped():
     assert "<script>" not in page and "<img" not in page
 
 
+def test_the_bar_of_a_model_is_its_expected_error_and_its_line_the_interval():
+    answer = answered(made(unknown={"valve": 50.0, "supply": 3.0}, measured={"M6": 5e3}))
+    ax = study_figures.budget_figure(answer).axes[0]
+    names = [label.get_text() for label in ax.get_yticklabels()]
+    for y, contender in enumerate(
+        c for c in answer.contenders if c.row.rms < 4 * answer.contenders[0].row.rms
+    ):
+        bars = [bar.get_width() for group in ax.containers for bar in [group[y]]]
+        assert sum(bars) == pytest.approx(contender.row.rms / 1e3) and contender.row.model[1:] in names[y]
+        ends = ax.lines[2 * y].get_xdata()
+        assert ends == pytest.approx([contender.row.low / 1e3, contender.row.high / 1e3])
+    assert len(ax.containers) == 3  # valve, supply, model
+    assert [
+        line.get_xdata()[0]
+        for line in ax.lines
+        if line.get_marker() == "D" and np.isfinite(line.get_xdata()[0])
+    ] == [5.0]
+
+
+def test_cells_of_the_budget():
+    answer = answered(made(unknown={"valve": 50.0}, measured={"M8": 2e3}, noise=1e-9))
+    texts = dict(zip(budget_heads(answer), budget_cells(answer.contender("M8"), answer), strict=True))
+    assert texts["all together"] == "7.3" and texts["95 %"] == "7.3 to 7.3" and texts["valve"] == "7.1"
+    assert (texts["n"], texts["measured"], texts["model itself"]) == ("1.3", "2", "1.7")
+    full = dict(zip(budget_heads(answer), budget_cells(answer.contender("full order"), answer), strict=True))
+    assert (full["n"], full["measured"], full["model itself"]) == ("", "–", "0")
+
+
 def test_tables_fit_a_terminal():
     console = Console(width=80, record=True, file=io.StringIO())
-    for table in terminal_tables.study_tables(answered(made(ends=(2.0, 4.0)))):
+    wide = answered(made(unknown=dict.fromkeys(GROUPS, 9.0), measured={"M6": 9e3}))
+    for table in [terminal_tables.budget_table(wide), *terminal_tables.study_tables(wide)]:
         console.print(table)
     text = console.export_text()
     assert all(f" M{i} " in text for i in range(1, 11))
     assert "…" not in text and "temperature law" in text
     assert "1.25 (1.25 to 1.25)" in text  # on one line
-    assert "worst" in text and " full order " in text and "0.15" in text
+    assert "full order " in text and "together" in text and "volumes" in text
     assert "mine: X, 4 runs each" in text
 
 

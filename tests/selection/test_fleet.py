@@ -6,17 +6,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pneumo.configuration.known_within import KnownWithin
 from pneumo.configuration.parameters import load, study
+from pneumo.configuration.uncertain import Uncertain
 from pneumo.errors import InputError, ResultError
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.cylinder_template import write_table_template
-from pneumo.selection.fleet import CELLS, fleet_index, run_block, stored_cylinder, studies_of, together
+from pneumo.selection.fleet import CELLS, DRAWS, fleet_index, run_block, stored_cylinder, studies_of, together
+from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.model_pairs import REFINEMENT_STEPS
 from pneumo.storage.files import read, write
 
 pytestmark = pytest.mark.xdist_group("own study")  # the same kernels, compiled once
+UNKNOWN = {name: Uncertain(("C", "k_0"), ((0.01, 0.0), (0.0, 0.1))) for name in ("first", "second")}
 FAILING = "second"  # too light for its step: every full-order run fails
 
 
@@ -41,7 +43,7 @@ def half_failing(short):
 
 @pytest.fixture(scope="module")
 def block(half_failing):
-    return run_block(half_failing, threads=2)
+    return run_block(half_failing, threads=2, uncertain=UNKNOWN)
 
 
 @pytest.fixture
@@ -55,10 +57,10 @@ def results(block, tmp_path):
 
 
 def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing, block):
-    xr.testing.assert_identical(block, run_block(half_failing, threads=1))
+    xr.testing.assert_identical(block, run_block(half_failing, threads=1, uncertain=UNKNOWN))
     assert list(studies_of(short)) == ["first", "second"]
     assert list(studies_of(short)["second"].experiments) == ["open", "closed"]
-    alone = run_study(selected(short, ["first"]), threads=1)
+    alone = run_study(selected(short, ["first"]), threads=1, uncertain=UNKNOWN, draws=DRAWS)
     mine = block.sel(cylinder="first")
     assert [name for name in CELLS if name in mine] == [name for name in CELLS if name in alone]
     for name in (name for name in CELLS if name in alone):
@@ -69,16 +71,16 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
     (answer,) = answers(alone)
     ranking = answer.ranking
     assert (mine["recommended"].item(), int(mine["runs"])) == (answer.chosen, ranking.runs)
-    assert mine["tied"].item() == ", ".join(answer.tied)
-    full_order = ranking.unknown_k_0.full_order.worst
-    assert mine["worst_rms_of_full_order"].item() == pytest.approx(full_order, rel=1e-5)
+    assert mine["as_good"].item() == ", ".join(answer.as_good)
+    full_order = answer.contender(FULL_ORDER).row.rms
+    assert mine["expected_rms_of_full_order"].item() == pytest.approx(full_order, rel=1e-5)
     for row in ranking.rows:
         stored = mine.sel(model=row.model)
         assert (stored["place"], stored["wins"], stored["failed"]) == (row.place, row.wins, row.failed)
         # Four bytes have 24 binary digits.
-        robust = ranking.unknown_k_0.model(row.model)
-        worst = [stored["worst_rms"].item(), stored["worst_n"].item()]
-        assert worst == pytest.approx([robust.worst, robust.n], rel=1e-5, nan_ok=True)
+        expected = answer.contender(row.model).row
+        found = [stored["expected_rms"].item(), stored["expected_n"].item()]
+        assert found == pytest.approx([expected.rms, expected.n], rel=1e-5, nan_ok=True)
         for name, interval in (("best_mse", row.mse), ("over_best", row.over_best)):
             ends = [stored[f"{name}{end}"].item() for end in ("", "_low", "_high")]
             assert ends == pytest.approx(list(interval), rel=1e-5)
@@ -86,15 +88,13 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
     assert mine["gain"].values == pytest.approx([gain.percent.value for gain in ranking.gains], abs=1e-3)
 
 
-def test_the_range_of_each_k_0_is_the_cylinders(short, block):
+def test_each_cylinder_is_drawn_from_what_is_known_about_it(short, block):
     first = studies_of(short)["first"]
     named = {f"first-{name}": experiment for name, experiment in first.experiments.items()}
-    wide = run_block(short._replace(experiments=named), threads=2, known={"first": KnownWithin(5.0)})
-    assert (wide["k_0_factor"] == 5.0).all() and (block["k_0_factor"] == 2.0).all()
-    expected = run_study(first, threads=2, known={"first": KnownWithin(5.0)}, traced=False)[
-        "mse_of_wrong_k_0"
-    ]
-    assert np.array_equal(wide["mse_of_wrong_k_0"].values[0], expected.values.astype(np.float32))
+    unknown = {"first": Uncertain(("k_0",), ((0.25,),))}
+    wide = run_block(short._replace(experiments=named), threads=2, uncertain=unknown)
+    expected = run_study(first, threads=2, uncertain=unknown, traced=False, draws=DRAWS)["mse_drawn"]
+    assert np.array_equal(wide["mse_drawn"].values[0], expected.values.astype(np.float32))
 
 
 def test_a_cylinder_whose_runs_fail_is_told_and_leaves_the_others_alone(short, block):
@@ -119,7 +119,7 @@ def test_the_index_says_which_block_has_a_cylinder(results):
 def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, block):
     cylinder, cells = stored_cylinder(results, "first")
     assert cylinder == studies_of(short)["first"]
-    alone = run_study(cylinder, threads=1)
+    alone = run_study(cylinder, threads=1, uncertain=UNKNOWN, draws=DRAWS)
     assert set(cells.variables) == set(alone.variables)
     traces = "trace_t", "trace_x", "trace_P", "trace_pressure"
     for name in (*traces, "seed", "k_0", "cylinder", "time_constant"):

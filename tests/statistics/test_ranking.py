@@ -57,55 +57,6 @@ def test_paired_comparison_is_sharper_than_two_intervals_and_gains_are_per_cent(
     assert loss == pytest.approx(-100)
 
 
-def test_worst_cases_over_k_0():
-    cells = made(noise=1e-6, ends=(2, 4))
-    robust = rank_models(cells, "mine").unknown_k_0
-    assert robust.factor == 2.0 and robust.k_0 == 0.3
-    assert [row.worst for row in robust.models] == sorted(row.worst for row in robust.models)
-    M8, M6 = robust.model("M8"), robust.model("M6")
-    assert np.array(M8.rms) ** 2 == pytest.approx([6e6, 3e6, 12e6], rel=1e-3) and M8.worst == M8.rms[2]
-    assert np.array(M6.rms) ** 2 == pytest.approx([8e6] * 3, rel=1e-3)
-
-
-def test_experiments_of_several_k_0_have_no_single_one():
-    cells = made(experiments=("X", "Y"))
-    assert rank_models(cells, "mine").unknown_k_0.k_0 == 0.3
-    cells["k_0"][1] = 0.4
-    assert np.isnan(rank_models(cells, "mine").unknown_k_0.k_0)
-
-
-def test_n_is_chosen_for_the_worst_case_and_a_failure_there_counts():
-    cells = made(noise=1e-6)
-    cells["mse_of_wrong_k_0"].loc[{"model": "M10", "k_0_end": "high", "n": 1.3}] = 9e6
-    row = rank_models(cells, "mine").unknown_k_0.model("M10")
-    # 0.1 beside its bottom, on either side, the bowl is 1.4 times as high.
-    assert np.isnan(rank_models(cells, "mine").unknown_k_0.model("M1").n)  # it has none
-    assert row.n in (1.2, 1.4) and row.worst**2 == pytest.approx(2.4e6 * 1.4, rel=1e-3)
-    assert rank_models(cells, "mine").row("M10").n == 1.3
-    cells["mse_of_wrong_k_0"].loc[{"model": "M10", "k_0_end": "low"}] = np.nan
-    robust = rank_models(cells, "mine").unknown_k_0
-    assert robust.model("M10").worst == np.inf and robust.models[-1].model == "M10"
-    assert np.isfinite(robust.known)
-
-
-def test_with_k_0_known_the_error_left_is_that_of_its_worst_value():
-    cells = made(noise=1e-6, ends=(4.0, 4.0))
-    cells["mse_of_right_k_0"].loc[{"k_0_end": "high"}] *= 2
-    assert rank_models(cells, "mine").unknown_k_0.known ** 2 == pytest.approx(2 * 2.4e6, rel=1e-3)
-
-
-def test_the_full_order_is_a_row_under_the_same_uncertainty():
-    cells = made(noise=1e-6, ends=(2.0, 4.0))
-    robust = rank_models(cells, "mine").unknown_k_0
-    full = robust.full_order
-    # It has the assumed k_0, and is the run itself where that is the cylinder's.
-    assert np.array(full.rms) ** 2 == pytest.approx([0.5 * 2e6, 0.0, 0.5 * 4e6], rel=1e-3)
-    assert [row.worst for row in robust.rows] == sorted(row.worst for row in robust.rows)
-    assert robust.rows[0] == full and full not in robust.models
-    earlier = rank_models(cells.drop_vars("mse_of_full_order"), "mine").unknown_k_0
-    assert earlier.full_order is None and earlier.rows == earlier.models
-
-
 def test_k_0_costs_most():
     order = sorted(MODELS, key=lambda name: cost(MODELS[name]))
     assert order.index("M6") < order.index("M7") < order.index("M8") < order.index("M9") < order.index("M10")

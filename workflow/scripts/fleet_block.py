@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from pneumo.configuration.known_within import known_within
 from pneumo.configuration.parameters import study, validated
+from pneumo.configuration.uncertain import uncertainties
 from pneumo.jobs.wrapper import run_job
 from pneumo.selection.fleet import run_block
 from pneumo.storage.files import attributes, write
@@ -13,7 +13,7 @@ from pneumo.storage.grid_layout import same_at_every_n
 
 def main(content: dict[str, Any], cells: Path, threads: int, code: str) -> None:
     configuration = validated(content, [])
-    configured, limits = study(configuration), known_within(configuration)
+    configured, limits = study(configuration), uncertainties(configuration)
     block = run_block(configured, threads, lambda name: print(f"{name}: done", flush=True), limits)
     about = attributes(
         f"Reduced models on {block.sizes['cylinder']} cylinders of {configured.name}",

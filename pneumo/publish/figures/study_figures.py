@@ -3,21 +3,21 @@
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.panels import one_two_five, symbol
-from pneumo.publish.model_looks import FULL_ORDER_LOOK, MODEL_LOOKS
+from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import DOUBLE_MM, GREY, INK, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
 from pneumo.selection.answer import Answer
+from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
-from pneumo.statistics.robust_choice import FULL_ORDER
 
 RMS = axis_label("RMS error", "kPa")
 SHOWN_S = 2.0  # length of the traces
-MOST_REGRET = 4.0  # times the lowest worst case: rows with more are not in the picture of regret
+MOST_SHOWN = 4.0  # times the lowest error: models with more have no bar
+PART_COLORS = ("#2f74b5", "#f0922f", "#007a62", "#8a6d1f", "#6b6b6b")  # of the groups, then of the model
 
 
 @paper_style()
@@ -48,32 +48,31 @@ def ranking_figure(ranking: Ranking) -> Figure:
 
 
 @paper_style()
-def regret_figure(answer: Answer) -> Figure:
-    """Draw each contender's RMS error minus the lowest at the same k_0, against the cylinder's k_0."""
+def budget_figure(answer: Answer) -> Figure:
+    """Draw each model's expected error as a bar of its parts, and the 95 % interval as a line."""
     fig = new_figure(DOUBLE_MM, 84)
     ax = fig.subplots()
-    rows = [contender.row for contender in answer.contenders]
-    robust = answer.ranking.unknown_k_0
-    assert robust is not None
-    lowest = np.nanmin([row.rms for row in rows], axis=0)
-    assumed = robust.k_0 if np.isfinite(robust.k_0) else 1.0
-    k_0 = assumed * np.array([1 / robust.factor, 1.0, robust.factor])
-    for row in rows:
-        if row.worst > MOST_REGRET * rows[0].worst and row.model != answer.chosen:
-            continue
-        look = FULL_ORDER_LOOK if row.model == FULL_ORDER else MODEL_LOOKS[row.model]
-        n = f", $n$ = {row.n:g}" if np.isfinite(row.n) else ""
-        name = row.model if row.model == FULL_ORDER else symbol(row.model)
-        width = 2.2 if row.model == answer.chosen else 1.1
-        ax.plot(k_0, (np.array(row.rms) - lowest) / KILO, label=name + n, linewidth=width, **look.points())
-    ax.set_xscale("log")
-    ax.set_xticks(k_0, [f"{value:.2g}" for value in k_0])
-    ax.xaxis.set_minor_locator(NullLocator())
-    unit = "W/K" if np.isfinite(robust.k_0) else "times the assumed one"
-    ax.set_xlabel(axis_label("$k_0$ of the cylinder", unit))
-    ax.set_ylabel(axis_label("RMS error above the lowest", "kPa"))
-    ax.grid()
-    fig.legend(loc="outside right upper")
+    rows = [c.row for c in answer.contenders if c.row.rms <= MOST_SHOWN * answer.contenders[0].row.rms]
+    parts = [*answer.budget.groups, "model itself"]
+    lefts = np.zeros(len(rows))
+    for part, color in zip(parts, PART_COLORS, strict=False):
+        squares = np.array([(row.own if part == "model itself" else row.part(part)) ** 2 for row in rows])
+        totals = np.array(
+            [row.own**2 + sum(row.part(group) ** 2 for group in answer.budget.groups) for row in rows]
+        )
+        widths = np.array([row.rms for row in rows]) / KILO * squares / np.where(totals > 0, totals, 1.0)
+        ax.barh(range(len(rows)), widths, left=lefts, color=color, label=part, height=0.62)
+        lefts += widths
+    for y, row in enumerate(rows):
+        ax.plot([row.low / KILO, row.high / KILO], [y, y], color=INK, lw=0.9)
+        ax.plot(answer.budget.measured.get(row.model, np.nan) / KILO, y, "D", color=INK, ms=4)
+    names = [row.model if row.model == FULL_ORDER else symbol(row.model) for row in rows]
+    ends = [f", $n$ = {row.n:g}" if np.isfinite(row.n) else "" for row in rows]
+    ax.set_yticks(range(len(rows)), [name + end for name, end in zip(names, ends, strict=True)])
+    ax.invert_yaxis()
+    ax.set_xlabel(RMS)
+    ax.grid(axis="x")
+    fig.legend(loc="outside lower center", ncols=len(parts))
     return fig
 
 

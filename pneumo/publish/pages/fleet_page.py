@@ -11,20 +11,21 @@ from pneumo.physics.models import MODELS
 from pneumo.publish.model_looks import colours
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO, no_exponent, percent_text
+from pneumo.selection.fleet import DRAWS
+from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.ranking import MATERIAL
-from pneumo.statistics.robust_choice import FULL_ORDER
 
 DIGITS = 4  # of numbers in the table
-HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "known within × or ÷", "recommended", "n")
+HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "recommended", "n")
 HEADS += (
-    "worst RMS (kPa)",
-    "not distinguished",
+    "expected RMS (kPa)",
+    "as good",
     "best reduced",
-    "its worst RMS (kPa)",
+    "its expected RMS (kPa)",
     "runs",
     "failed runs",
 )
-TEXTS = ("cylinder", "recommended", "not distinguished", "best reduced")  # columns without numbers
+TEXTS = ("cylinder", "recommended", "as good", "best reduced")  # columns without numbers
 
 
 def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
@@ -40,21 +41,20 @@ def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
         k_0, *others = columns["k_0"][i].tolist()
         recommended, results = str(columns["recommended"][i]), ["", None, None, "", "", None]
         if recommended:
-            n = dict(zip(models, columns["worst_n"][i], strict=True)) | {FULL_ORDER: np.nan}
-            worst = dict(zip(models, columns["worst_rms"][i], strict=True))
+            n = dict(zip(models, columns["expected_n"][i], strict=True)) | {FULL_ORDER: np.nan}
+            worst = dict(zip(models, columns["expected_rms"][i], strict=True))
             best = min(models, key=lambda model: worst[model])
-            worst[FULL_ORDER] = columns["worst_rms_of_full_order"][i]
+            worst[FULL_ORDER] = columns["expected_rms_of_full_order"][i]
             chosen = [recommended, _number(n[recommended]), _number(worst[recommended] / KILO)]
-            results = [*chosen, str(columns["tied"][i]), best, _number(worst[best] / KILO)]
+            results = [*chosen, str(columns["as_good"][i]), best, _number(worst[best] / KILO)]
         counts = [int(columns[key][i]) for key in ("runs", "failed_runs")]
         one_k_0 = _number(k_0 if all(other == k_0 for other in others) else np.nan)
-        known = _number(columns["k_0_factor"][i].max())
-        rows.append((name, *lengths, one_k_0, known, *results, *counts))
+        rows.append((name, *lengths, one_k_0, *results, *counts))
     return rows
 
 
 class Regret(NamedTuple):
-    """Cost of one model for the whole fleet: on each cylinder, its worst RMS error over the lowest one."""
+    """Cost of one model for the whole fleet: on each cylinder, its expected RMS error over the lowest one."""
 
     model: str
     median: float
@@ -66,8 +66,8 @@ class Regret(NamedTuple):
 
 def regrets(index: xr.Dataset) -> list[Regret]:
     """Regret of the models, full order included, that ran on every cylinder; lowest `nine_in_ten` first."""
-    full_order = index["worst_rms_of_full_order"].expand_dims(model=[FULL_ORDER])
-    worst = xr.concat([index["worst_rms"], full_order], "model").transpose("cylinder", "model")
+    full_order = index["expected_rms_of_full_order"].expand_dims(model=[FULL_ORDER])
+    worst = xr.concat([index["expected_rms"], full_order], "model").transpose("cylinder", "model")
     worst = worst.isel(cylinder=np.isfinite(worst.values).any(axis=1))
     if not worst.sizes["cylinder"]:
         return []
@@ -101,8 +101,8 @@ def fleet_page(name: str, index: xr.Dataset) -> str:
         texts=TEXTS,
         counts=[count for count in counts if any(count[1:])],
         without=chosen.count(""),
-        undecided=sum(bool(row[HEADS.index("not distinguished")]) for row in rows),
         full_order=FULL_ORDER,
+        draws=DRAWS,
         total=len(rows),
         material=percent_text(MATERIAL),
         regrets=[(r.model, *map(no_exponent, r[1:4]), r.most_at, r.enough) for r in regrets(index)],

@@ -13,14 +13,14 @@ from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
 from pneumo.publish.text.formatting import KILO, percent_text
 from pneumo.publish.text.terminal_tables import (
-    CONTEST_TITLE,
+    BUDGET_TITLE,
     STUDY_HEADS,
-    contest_cells,
-    contest_heads,
+    budget_cells,
+    budget_heads,
     gain_text,
     ranking_cells,
 )
-from pneumo.selection.answer import Answer, next_command
+from pneumo.selection.answer import Answer, export_command
 from pneumo.selection.cylinder_ranking import TITLE, save_cells
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import MATERIAL, Ranking
@@ -36,10 +36,10 @@ def study_page(
 ) -> str:
     """Write the page, style and pictures inside, of cells of `run_study`, with the answer for each cylinder.
 
-    `commands` are the next step of each answer; by default those for a configuration of unknown name. The
-    same results give the same text.
+    `commands` export each answer's model; by default from a configuration of unknown name. The same results
+    give the same text.
     """
-    commands = commands or [next_command(answer, study) for answer in answers]
+    commands = commands or [export_command(answer, study) for answer in answers]
     parts = [
         (
             answer,
@@ -57,9 +57,9 @@ def study_page(
         heads=STUDY_HEADS,
         cells=ranking_cells,
         gain=gain_text,
-        contest_title=CONTEST_TITLE,
-        contest_heads=contest_heads,
-        contest_cells=contest_cells,
+        budget_title=BUDGET_TITLE,
+        budget_heads=budget_heads,
+        budget_cells=budget_cells,
         confidence=percent_text(CONFIDENCE),
         material=percent_text(MATERIAL),
         kilo=KILO,
@@ -71,9 +71,9 @@ def _pictures(cells: xr.Dataset, answer: Answer) -> list[tuple[str, str]]:
     if not answer.chosen:
         return []
     ranking = answer.ranking
-    regret = (
-        "Regret over k_0: by how much each row's RMS error exceeds the lowest at that k_0. Each row takes the"
-        " k_0 assumed, in the middle. Rows far above the others are left out."
+    budget = (
+        "Expected RMS error of each model, divided by what causes it; lines: 95 % of the drawn cylinders;"
+        " diamonds: measured on data held out of a fit. Models far above the others are left out."
     )
     best = (
         "RMS error of each model if k_0 is known, both chambers together, at the one n that is best for"
@@ -84,7 +84,7 @@ def _pictures(cells: xr.Dataset, answer: Answer) -> list[tuple[str, str]]:
         "position, full-order pressures, and full-order minus reduced pressure (chamber A solid, B dashed)."
     )
     pictures = [
-        (study_figures.regret_figure(answer), regret),
+        (study_figures.budget_figure(answer), budget),
         (study_figures.ranking_figure(ranking), best),
         (study_figures.error_over_n(cells, ranking), over),
         (study_figures.gain_figure(ranking), "Gain of each refinement, from paired runs."),

@@ -1,6 +1,5 @@
 """Tables for the terminal; pages show the rows of some of them too."""
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -15,8 +14,6 @@ from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, signifi
 from pneumo.selection.answer import Answer, Contender
 from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.ranking import RankedModel
-from pneumo.statistics.robust_choice import FULL_ORDER as NO_REDUCED_MODEL
-from pneumo.statistics.robust_choice import UnknownConductance
 
 if TYPE_CHECKING:
     from pneumo.fit.closed.thermal_time_constant import Transient  # seconds of imports, for one table
@@ -40,12 +37,10 @@ STUDY_HEADS = (
     *("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "geom.", "wins", "A (kPa)", "B (kPa)"),
 )
 IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
-CONTEST_TITLE = (
-    "RMS error (kPa) by the cylinder's k_0 (W/K); each row takes the one assumed,"
-    " with which the runs are the full order's own: its cell is empty"
+BUDGET_TITLE = (
+    "RMS error (kPa) on cylinders drawn from what is not known: expected, 95 % interval, and the parts"
+    " that each unknown and the model itself cause"
 )
-ON_PAGE = ("worst", "instructions")  # columns of `contest_heads` that are not in the terminal
-WIDE = ("worst, % of swing", "ns a step")  # nor these, where valve or dead volumes have a column
 
 
 def ranking_cells(row: RankedModel) -> list[str]:
@@ -77,56 +72,47 @@ def gain_text(percent: Interval) -> str:
     return f"{percent.value:.0f} %{interval}"
 
 
-def contest_heads(robust: UnknownConductance) -> list[str]:
-    """Headings of the contest; k_0 in W/K or, where experiments differ, over the assumed one."""
-    scales = (1 / robust.factor, 1.0, robust.factor)
-    if np.isfinite(robust.k_0):
-        k_0 = [f"k_0 = {robust.k_0 * scale:.2g}" for scale in scales]
-    else:
-        k_0 = [f"k_0 / {robust.factor:.2g}", "k_0", f"{robust.factor:.2g} k_0"]
-    if robust.valve or robust.dead_volumes:
-        others = (("valve", robust.valve), ("V_d", robust.dead_volumes))
-        k_0 += [", ".join(["k_0", *(f"{name} ± {100 * limit:.2g} %" for name, limit in others if limit)])]
-    return ["model", "n", *k_0, "worst", "worst, % of swing", "MSE / chosen", "ns a step", "instructions"]
+def budget_heads(answer: Answer) -> list[str]:
+    """Headings of the error budget: the group whose measurement helps most comes first."""
+    measured = ["measured"] if answer.budget.measured else []
+    return ["model", "n", *measured, "all together", "95 %", *answer.budget.groups, "model itself"]
 
 
-def contest_cells(contender: Contender, swing: float) -> list[str]:
-    """Cells of a row, by `contest_heads`: RMS errors in kPa, the worst also in per cent of the swing."""
-    row, over, step = contender
-    off_plant = [max(row.off_plant)] if row.off_plant else []
-    shown = (*row.rms, *off_plant, row.worst)
-    errors = [no_exponent(value / KILO) if np.isfinite(value) else "–" for value in shown]
-    if row.model == NO_REDUCED_MODEL and row.rms[1] == 0:
-        errors[1] = ""  # the run by its own equations
-    percent = no_exponent(100 * row.worst / swing) if np.isfinite(row.worst / swing) else "–"
-    ratio = no_exponent(over.value) if np.isfinite(over.value) else "–"
-    if over.known and over.low != over.high:
-        ratio += f" ({no_exponent(over.low)} to {no_exponent(over.high)})"
-    cost = [f"{step.ns:.0f}", f"{step.instructions:.0f}"] if step else ["–", "–"]
-    return [row.model, f"{row.n:g}" if np.isfinite(row.n) else "–", *errors, percent, ratio, *cost]
+def budget_cells(contender: Contender, answer: Answer) -> list[str]:
+    """Cells of a row, by `budget_heads`: RMS errors in kPa."""
+    row, measured = contender.row, answer.budget.measured
+
+    def kpa(value: float) -> str:
+        return f"{value / KILO:.2g}" if np.isfinite(value) else "–"
+
+    on_record = [kpa(measured.get(row.model, np.nan))] if measured else []
+    parts = [kpa(row.part(group)) if row.known else "–" for group in answer.budget.groups]
+    interval = f"{kpa(row.low)} to {kpa(row.high)}" if np.isfinite(row.rms) else "–"
+    n = f"{row.n:g}" if np.isfinite(row.n) else ""
+    return [row.model, n, *on_record, kpa(row.rms), interval, *parts, kpa(row.own)]
+
+
+def budget_table(answer: Answer) -> Table:
+    """Error budget of one cylinder, lowest expected error first; the chosen model is bold."""
+    rows = [budget_cells(contender, answer) for contender in answer.contenders]
+    heads = [head.replace(" ", "\n") for head in budget_heads(answer)]
+    table = _table("", heads, rows, answer.chosen, numbers=True)
+    table.title, table.box = None, None
+    return table
 
 
 def study_tables(answer: Answer) -> list[Table]:
-    """Ranking of the models, gain of each refinement, and contest with the full order, of one cylinder."""
+    """Ranking of the models if everything is known, and gain of each refinement, of one cylinder."""
     ranking = answer.ranking
     intervals = f"intervals {100 * CONFIDENCE:.0f} % over seeds"
     title = f"{ranking.cylinder}: {', '.join(ranking.experiments)}, {ranking.runs} runs each; {intervals}"
-    title += "; k_0 known"
+    title += "; everything known"
     rows = (ranking_cells(row)[:IN_TERMINAL] for row in ranking.rows)
     gains = ((g.refinement, f"{g.without} to {g.refined}", gain_text(g.percent)) for g in ranking.gains)
-    tables = [
+    return [
         _table(title, STUDY_HEADS[:IN_TERMINAL], rows, answer.chosen, numbers=True),
         _table("Reduction of the MSE", ("refinement", "models", "gain"), gains),
     ]
-    if robust := ranking.unknown_k_0:
-        heads = contest_heads(robust)
-        hidden = (*ON_PAGE, *WIDE) if robust.valve or robust.dead_volumes else ON_PAGE
-        shown = [i for i, head in enumerate(heads) if head not in hidden]
-        broken = [re.sub(r" = | (?=/ \d|k_0|chosen|step|%|swing|±|valve|V_d)", "\n", heads[i]) for i in shown]
-        contest = (contest_cells(contender, answer.swing) for contender in answer.contenders)
-        rows = ([cells[i] for i in shown] for cells in contest)
-        tables.append(_table(CONTEST_TITLE, broken, rows, answer.chosen, numbers=True))
-    return tables
 
 
 # --- pneumo fit ------------------------------------------------------------------------------------

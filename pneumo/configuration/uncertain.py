@@ -1,0 +1,194 @@
+"""How well each quantity of a cylinder is known: one table, and the joint distribution of their deviations.
+
+Limits are half-widths of 95 % intervals: those of the configuration, else those of a fit, else priors for
+what nobody stated. Deviations are normal; of a factor, such as a conductance, its logarithm is.
+"""
+
+from collections.abc import Mapping
+from math import exp, log
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.catalogue import conductance_factor
+from pneumo.configuration.conductance import CONVERSIONS, USUAL_B, conductance
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.schema import AccuracySection, Configuration, CylinderSection
+
+SIGMAS = 1.96  # half-width of a 95 % interval over the standard deviation
+K_0_FACTOR = 2.0  # of a given k_0: estimates of the same wall differ as much
+CATALOGUE_FLOW = 0.10  # of C as a data sheet prints it
+B_UNKNOWN = 0.15  # b from 0.15 to 0.45
+DEAD_VOLUME, DEAD_VOLUME_UNKNOWN = 0.20, log(2.5)  # as given; as assumed where it is left out: a factor
+LEAST_B, MOST_B = 0.02, 0.95  # of a drawn valve
+
+
+class Quantity(NamedTuple):
+    """A quantity that may deviate from its configured value."""
+
+    group: str  #: quantities that one measurement would settle together
+    logarithmic: bool
+
+
+QUANTITIES = {
+    "C": Quantity("valve", True),
+    "b": Quantity("valve", False),
+    "exhaust": Quantity("valve", True),
+    "V_d_A": Quantity("dead volumes", True),
+    "V_d_B": Quantity("dead volumes", True),
+    "k_0": Quantity("wall heat", True),
+    "P_s": Quantity("supply", True),
+    "T_in": Quantity("supply", False),  # K
+}
+GROUPS = tuple(dict.fromkeys(quantity.group for quantity in QUANTITIES.values()))
+
+
+class Uncertain(NamedTuple):
+    """Joint normal distribution of the deviations of a cylinder's quantities."""
+
+    names: tuple[str, ...]  #: of `QUANTITIES`
+    covariance: tuple[tuple[float, ...], ...]
+    measured: Mapping[str, float] = MappingProxyType({})  #: by model, RMS error on data held out of a fit, Pa
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Groups of the quantities, in the order of `GROUPS`."""
+        return tuple(group for group in GROUPS if any(QUANTITIES[name].group == group for name in self.names))
+
+    def half_width(self, name: str) -> float:
+        """Half-width of a quantity's 95 % interval; of its logarithm for a factor."""
+        place = self.names.index(name)
+        return SIGMAS * self.covariance[place][place] ** 0.5
+
+    def known(self, group: str, deviations: np.ndarray) -> np.ndarray:
+        """Deviations, shape (draw, quantity), if the quantities of a group were measured to be as configured.
+
+        The others move with them as far as they are correlated (Matheron's rule).
+        """
+        inside = np.array([QUANTITIES[name].group == group for name in self.names])
+        covariance = np.array(self.covariance)
+        gain = np.linalg.pinv(covariance[np.ix_(inside, inside)]) @ covariance[inside]
+        return deviations - deviations[:, inside] @ gain
+
+    def text(self, name: str) -> str:
+        """Quantity with its limit, such as "C ± 10 %"."""
+        half = self.half_width(name)
+        if not QUANTITIES[name].logarithmic:
+            return f"{name} ± {half:.2g}" + (" K" if name == "T_in" else "")
+        return f"{name} ± {100 * half:.2g} %" if half < 0.3 else f"{name} × or ÷ {exp(half):.2g}"
+
+
+def plant_with(plant: Plant, names: tuple[str, ...], deviations: np.ndarray) -> Plant:
+    """Plant whose quantities deviate, each by the entry of `deviations` at its place in `names`."""
+    d = dict(zip(names, deviations.tolist(), strict=True))
+
+    def times(name: str) -> float:
+        return exp(d.get(name, 0.0))
+
+    def moved(b: float) -> float:
+        return min(max(b + d.get("b", 0.0), LEAST_B), MOST_B)
+
+    gas, valve, cylinder, conditions = plant.gas, plant.valve, plant.cylinder, plant.conditions
+    if "b" in d:
+        gas = gas._replace(critical_ratio=moved(gas.critical_ratio))
+        b = tuple(tuple(moved(value) for value in side) for side in valve.paths.b)
+        valve = valve._replace(paths=valve.paths._replace(b=b))
+    return plant._replace(
+        gas=gas,
+        valve=valve._replace(k_xu=valve.k_xu * times("C"), exhaust=valve.exhaust * times("exhaust")),
+        conditions=conditions._replace(
+            P_s=max(conditions.P_s * times("P_s"), 1.05 * conditions.P_atm),
+            T_in=conditions.T_in + d.get("T_in", 0.0),
+        ),
+        cylinder=cylinder._replace(
+            V_d_A=cylinder.V_d_A * times("V_d_A"), V_d_B=cylinder.V_d_B * times("V_d_B")
+        ),
+        k_0=plant.k_0 * times("k_0"),
+    )
+
+
+def uncertainties(configuration: Configuration) -> dict[str, Uncertain]:
+    """How well each cylinder of a configuration is known, by its name.
+
+    A cylinder with the section `fitted` has the joint distribution of that fit; quantities that the fit did
+    not estimate have their limits.
+    """
+    unknown_walls = {e.cylinder for e in configuration.experiments.values() if e.k_0_W_per_K == "catalogue"}
+    accuracy = configuration.accuracy or AccuracySection()
+    return {
+        name: _uncertain(section, accuracy, name in unknown_walls)
+        for name, section in configuration.cylinders.items()
+    }
+
+
+def _uncertain(section: CylinderSection, accuracy: AccuracySection, unknown_wall: bool) -> Uncertain:
+    limits = _limits(section, accuracy, unknown_wall)
+    names = tuple(limits)
+    covariance = np.diag([(limit / SIGMAS) ** 2 for limit in limits.values()])
+    if "b" in names and (slope := _slope_of_flow(section)):  # a nominal flow: C follows from it with b
+        C, b = names.index("C"), names.index("b")
+        covariance[C, b] = covariance[b, C] = slope * covariance[b, b]
+        covariance[C, C] += slope**2 * covariance[b, b]
+    measured: dict[str, float] = {}
+    if section.fitted:
+        measured = {name: 1e3 * error for name, error in section.fitted.error_kPa.items()}
+        fitted = [name for name in section.fitted.quantities if name in names]
+        of_fit = [[*map(str, section.fitted.quantities)].index(name) for name in fitted]
+        place = [names.index(name) for name in fitted]
+        covariance[place] = covariance[:, place] = 0.0
+        covariance[np.ix_(place, place)] = np.array(section.fitted.covariance)[np.ix_(of_fit, of_fit)]
+    rows = tuple(tuple(row) for row in covariance.tolist())
+    return Uncertain(names, rows, measured)
+
+
+def _limits(section: CylinderSection, accuracy: AccuracySection, unknown_wall: bool) -> dict[str, float]:
+    """Half-width of the 95 % interval of each quantity; of its logarithm for a factor."""
+    valve = section.valve
+    if section.valve_within_percent is not None:
+        flow = section.valve_within_percent / 100
+    else:
+        rule = CONVERSIONS[valve.flow_as_given[0]].within if valve else 0.0
+        flow = (CATALOGUE_FLOW**2 + rule**2) ** 0.5
+    limits = {"C": flow}
+    if valve:
+        limits["b"] = B_UNKNOWN if valve.b is None else accuracy.b
+    limits["exhaust"] = accuracy.exhaust_percent / 100
+    given = section.dead_volume_m3 is not None
+    dead = log(1 + (section.dead_volumes_within_percent or 100 * DEAD_VOLUME) / 100)
+    limits["V_d_A"] = dead if given or section.dead_volumes_within_percent else DEAD_VOLUME_UNKNOWN
+    limits["V_d_B"] = limits["V_d_A"]
+    factor = section.k_0_factor or (
+        conductance_factor(section.bore_mm * 1e-3) if unknown_wall else K_0_FACTOR
+    )
+    limits["k_0"] = log(factor)
+    return {name: limit for name, limit in limits.items() if limit > 0} | {
+        "P_s": accuracy.P_s_percent / 100,
+        "T_in": accuracy.T_in_K,
+    }
+
+
+def _slope_of_flow(section: CylinderSection) -> float:
+    """Change of log C with b of a valve that is given by a nominal flow; else 0."""
+    if section.valve is None or not CONVERSIONS[section.valve.flow_as_given[0]].nominal:
+        return 0.0
+    key, value = section.valve.flow_as_given
+    low, high = (conductance(key, value, section.valve.critical_ratio + step) for step in (-0.02, 0.02))
+    return log(high / low) / 0.04
+
+
+def conversion_notes(configuration: Configuration) -> list[str]:
+    """Sentences on the figures of valves that were converted, with rule and accuracy, and on a missing b."""
+    notes = []
+    for name, section in configuration.cylinders.items():
+        if section.valve is None:
+            continue
+        key, value = section.valve.flow_as_given
+        rule = CONVERSIONS[key]
+        if key != "C_dm3_per_sbar":
+            within = f", within {100 * rule.within:.0f} %" if rule.within else ""
+            C = section.valve.C_dm3_per_sbar
+            notes.append(f"{name}: {key} = {value:g} is C = {C:.4g} dm3/(s bar): {rule.rule}{within}")
+        if section.valve.b is None:
+            notes.append(f"{name}: b is unknown: {USUAL_B} assumed; pneumo study takes 0.15 to 0.45")
+    return notes
