@@ -38,12 +38,18 @@ def test_air_of_the_reference_atmosphere_has_the_density_of_its_definition():
 )
 def test_every_factor_is_that_of_pint(units, si):
     spelled = {"msec": "ms", "usec": "us", "nsec": "ns", "secs": "s", "kgf/cm2": "kgf/cm**2", "100 ns": "hns"}
-    spelled |= dict.fromkeys(("kg/cm2", "kp/cm2"), "kgf/cm**2") | {"Torr": "torr"}
+    spelled |= dict.fromkeys(("kg/cm2", "kp/cm2"), "kgf/cm**2") | {
+        "Torr": "torr",
+        "N/mm2": "N/mm**2",
+        "lbf/in2": "psi",
+    }
     PINT.define("hns = 100 * ns")
     for unit, factor in units.items():
         expected = PINT.Quantity(1.0, spelled.get(unit, unit)).to(si).magnitude
-        # Pint multiplies prefixes in another order; its Torr and mmHg have seven digits.
-        assert factor == pytest.approx(expected, rel=3e-7 if unit in ("Torr", "mmHg") else 4e-16), unit
+        # Pint multiplies prefixes in another order; its Torr, mmHg and inHg have seven digits.
+        assert factor == pytest.approx(expected, rel=3e-7 if unit in ("Torr", "mmHg", "inHg") else 4e-16), (
+            unit
+        )
 
 
 PA = {
