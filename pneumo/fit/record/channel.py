@@ -14,8 +14,9 @@ from pneumo.fit.record.units import Reading, reading
 MOST_ROWS, MOST_COLUMNS = 2_000_000, 200
 MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a")
 WORDS = {"true": 1.0, "on": 1.0, "false": 0.0, "off": 0.0, "1": 1.0, "0": 0.0}
-TIME_NAME = re.compile(r"(?:t|(?i:_*time|%time|zeit|temps|timestamp|x_value))(?:[\s_\[(.].*)?")
+TIME_NAME = re.compile(r"(?:t|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis))(?:[\s_\[(.].*)?")
 DURATION = r"\d{1,4}:\d\d:\d\d(?:[.,]\d{1,9})?"
+DATE = r"\d{1,2}([./])\d{1,2}\1\d{4} +\d{1,2}:\d\d:"
 LARGEST = 1e30  # number that is no mistake
 SEC = re.compile(r"(?P<before>.*?)(?P<part>nano|n)?secs?", re.IGNORECASE)
 
@@ -112,6 +113,19 @@ def seconds(path: Path, clock: Channel, unit: str) -> tuple[Fraction, np.ndarray
             bad = values.isna().to_numpy() & ~text.str.lower().isin(MISSING).to_numpy()
             problem = "{value}: must be a time stamp such as 2006-05-31T12:00:00.001"
             refuse(path, clock, "t", np.flatnonzero(bad), problem)
+            values = values.to_numpy()
+        elif re.match(DATE, first):  # only differences count, so the order of day and month does not matter
+            values = pd.to_datetime(
+                text.str.replace(",", "."), errors="coerce", format="mixed", dayfirst="." in first[:3]
+            )
+            bad = values.isna().to_numpy() & ~text.str.lower().isin(MISSING).to_numpy()
+            refuse(
+                path,
+                clock,
+                "t",
+                np.flatnonzero(bad),
+                "{value}: must be a time such as 31.05.2006 12:00:00.001",
+            )
             values = values.to_numpy()
         elif re.fullmatch(DURATION, first):
             durations = pd.to_timedelta(text.where(text.str.fullmatch(DURATION)).str.replace(",", "."))

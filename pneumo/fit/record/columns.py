@@ -13,7 +13,7 @@ from pneumo.errors import InputError, printable
 from pneumo.fit.record.channel import Channel
 from pneumo.fit.record.units import PLAIN, QUANTITIES, Reading, Surroundings, is_unit, plain_unit, reading
 
-NAME = r"t|u|x|v|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value)"
+NAME = r"t|u|x|v|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
 HEADER = re.compile(
     rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ](?P<suffix>[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?))?\s*"
 )

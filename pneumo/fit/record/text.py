@@ -75,7 +75,13 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     else:
         names, units, held = _names(path, lines[: table.line], table)
         inspector = any(is_time(name) for name in names) and bool(held)
-        time_unit = "s" if inspector or "__time" in names else "ns" if names[0] == "%time" else ""
+        time_unit = (
+            "s"
+            if inspector or "__time" in names or names[0].lower() == "x-axis"
+            else "ns"
+            if names[0] == "%time"
+            else ""
+        )
     columns = _columns(path, content, table, len(names), encoding)
     return table_channels(zip(names, columns, strict=False), units, held, table.line + 1, time_unit)
 

@@ -21,20 +21,22 @@ TIMES = {
 PRESSURES = {
     **{"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
     **dict.fromkeys(("kgf/cm2", "kg/cm2", "kp/cm2"), 98066.5),
+    **{"N/mm2": 1e6, "lbf/in2": 6894.757293168361, "inHg": 25.4 * 133.322387415},
     **{"atm": 101325.0, "Torr": 101325 / 760, "mmHg": 133.322387415},
 }
 TEMPERATURES = {  # factor and offset
     **dict.fromkeys(("K", "kelvin"), (1.0, 0.0)),
-    **dict.fromkeys(("degC", "C", "celsius"), (1.0, 273.15)),
-    **dict.fromkeys(("degF", "F", "fahrenheit"), (5 / 9, 273.15 - 32 * 5 / 9)),
+    **dict.fromkeys(("degC", "deg C", "C", "celsius"), (1.0, 273.15)),
+    **dict.fromkeys(("degF", "deg F", "F", "fahrenheit"), (5 / 9, 273.15 - 32 * 5 / 9)),
 }
 MASS_FLOWS = {"kg/s": 1.0, "g/s": 1e-3, "g/min": 1e-3 / 60, "kg/h": 1 / 3600, "kg/min": 1 / 60}
 VOLUMES = {
     **dict.fromkeys(("l", "L", "dm3", "liter", "litre"), 1e-3),
     **dict.fromkeys(("cm3", "ml", "mL", "cc"), 1e-6),
     "m3": 1.0,
+    "ft3": 0.3048**3,
 }
-COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min"}  # slpm, slm, sccm, nlpm
+COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, slm, sccm, nlpm, scfm
 ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
 QUANTITIES = ("t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
 CHOICES = {  # written in messages, by quantity
@@ -51,9 +53,11 @@ CHOICES = {  # written in messages, by quantity
     ),
     "T": "K, degC, degF",
 }
-PLAIN = str.maketrans({"°": "deg", "µ": "u", "μ": "u", "²": "2", "³": "3", "–": "-", "−": "-", "…": "..."})
+PLAIN = str.maketrans(
+    {"°": "deg", "µ": "u", "μ": "u", "²": "2", "³": "3", "–": "-", "−": "-", "…": "...", "℃": "degC"}
+)
 MARKED = re.compile(
-    r"(?P<unit>.+?)[\s_.]*[\[(]?(?P<mark>absolute|abs|a|gauge|gage|g|relative|rel|ü|e|differential|diff|d)\.?[\])]?",
+    r"(?P<unit>.+?)[\s_.,-]*[\[(]?(?P<mark>absolute|abs|a|gauge|gage|g|relative|rel|ü|e|differential|diff|d)\.?[\])]?",
     re.IGNORECASE,
 )
 VOLUME_FLOW = re.compile(
@@ -96,7 +100,7 @@ class Reading(NamedTuple):
 
 def plain_unit(text: str) -> str:
     """Unit without brackets, in ASCII: `degC` for `[°C]`, `m/s` for `m s-1`."""
-    text = " ".join(text.translate(PLAIN).split())
+    text = " ".join(text.translate(PLAIN).split()).rstrip(".")
     if text.startswith("[") and text.endswith("]"):
         text = text[1:-1].strip()
     text = text.split(" since ")[0].replace("^", "").replace("**", "")
@@ -125,9 +129,10 @@ def pressure_unit(text: str) -> tuple[str, str] | None:
 
 def _command(unit: str, u_max: float) -> Reading | None:
     for name, factor in (("V", 1.0), ("mV", 1e-3)):
-        if unit == name:
+        if unit == name or (name == "V" and unit.lower() in ("volt", "volts", "vdc")):
             return Reading(factor, 0.0, name)
-    if unit == "%":
+    unit = re.sub(r"(?:±|\+/-)\s*(\d+)", r"-\1..\1", unit)
+    if unit in ("%", "percent"):
         return Reading(u_max / 100, 0.0, f"% of {u_max:g} V")
     match = RANGE.fullmatch({"mA": "mA 4..20", ON_OFF: "0..1"}.get(unit, unit))
     if not match or not float(match["low"]) < float(match["high"]):
@@ -144,7 +149,8 @@ def _flow(unit: str, R: float) -> Reading | str | None:
     """Reading of a flow; text if its reference state is to be named."""
     if named := _named(unit, MASS_FLOWS):
         return Reading(MASS_FLOWS[named], 0.0, named)
-    short = re.fullmatch(r"([ns]?)(lpm|lm|ccm)\s*([\[(].*)?", unit, re.IGNORECASE)
+    unit = re.sub(r"\s+ANR$", "(ANR)", unit)
+    short = re.fullmatch(r"([ns]?)(lpm|lm|ccm|cfm)\s*([\[(].*)?", unit, re.IGNORECASE)
     match = VOLUME_FLOW.fullmatch(f"{short[1]}{COMPACT[short[2].lower()]}{short[3] or ''}" if short else unit)
     volume = _named(match["volume"], VOLUMES) if match else ""
     if match and not volume and match["volume"].lower().endswith("n"):  # ln/min

@@ -240,6 +240,12 @@ LAYOUTS = {  # text: names, numbers of the first row, line of the first sample
         [0, 1, 2, 3],
         3,
     ),
+    "dSPACE": (
+        "type;ControlDesk\nversion;1\n\ntrace_values\nx-axis;u\n;V\n0.5;1\n1;2\n",
+        ["x-axis", "u"],
+        [0.5, 1],
+        7,
+    ),
     "an end": ("t_s;u_V\n0;1\n1;2\nEOF\n", ["t_s", "u_V"], [0, 1], 2),
 }
 

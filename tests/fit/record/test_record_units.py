@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from pneumo.errors import InputError
-from pneumo.fit.record.channel import Channel
+from pneumo.fit.record.channel import Channel, seconds
 from pneumo.fit.record.columns import Column, columns_by_header, proposed_mapping, read_mapping, unused_note
 from pneumo.fit.record.units import (
     ANR,
@@ -38,12 +38,18 @@ def test_air_of_the_reference_atmosphere_has_the_density_of_its_definition():
 )
 def test_every_factor_is_that_of_pint(units, si):
     spelled = {"msec": "ms", "usec": "us", "nsec": "ns", "secs": "s", "kgf/cm2": "kgf/cm**2", "100 ns": "hns"}
-    spelled |= dict.fromkeys(("kg/cm2", "kp/cm2"), "kgf/cm**2") | {"Torr": "torr"}
+    spelled |= dict.fromkeys(("kg/cm2", "kp/cm2"), "kgf/cm**2") | {
+        "Torr": "torr",
+        "N/mm2": "N/mm**2",
+        "lbf/in2": "psi",
+    }
     PINT.define("hns = 100 * ns")
     for unit, factor in units.items():
         expected = PINT.Quantity(1.0, spelled.get(unit, unit)).to(si).magnitude
-        # Pint multiplies prefixes in another order; its Torr and mmHg have seven digits.
-        assert factor == pytest.approx(expected, rel=3e-7 if unit in ("Torr", "mmHg") else 4e-16), unit
+        # Pint multiplies prefixes in another order; its Torr, mmHg and inHg have seven digits.
+        assert factor == pytest.approx(expected, rel=3e-7 if unit in ("Torr", "mmHg", "inHg") else 4e-16), (
+            unit
+        )
 
 
 PA = {
@@ -240,3 +246,41 @@ def test_scale_and_offset_are_of_the_number_in_the_file():
     with pytest.raises(InputError) as error:
         long.reading(Path("a.csv"), "P_A", AROUND)
     assert len(str(error.value)) < 250
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    [
+        "31.05.2006 11:59:59,{}",
+        "5/31/2006 11:59:59.{} AM",
+        "31/05/2006 11:59:59.{}",
+        "2006-05-31 11:59:59.{}",
+    ],
+)
+def test_dates_are_read_in_the_order_of_each_country(stamp):
+    stamps = np.array([stamp.format(f"{k:03d}") for k in (7, 8, 12)], dtype=object)
+    start, t = seconds(Path("a.csv"), Channel("Time", stamps), "")
+    assert float(start % 60) == pytest.approx(59.007, abs=1e-9)
+    np.testing.assert_allclose(t, [0, 1e-3, 5e-3], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "printed", "same"),
+    [
+        ("u", "±10 V", "V -10..10"),
+        ("u", "VDC", "V"),
+        ("u", "percent", "%"),
+        ("T", "deg C", "degC"),
+        ("T", "℃", "degC"),
+        ("P_A", "bar, abs", "bara"),
+        ("P_A", "kPa-g", "kPa gauge"),
+        ("t", "sec.", "s"),
+        ("m_A", "scfm(0 degC)", "ft3/min(0 degC)"),
+        ("m_A", "l/min ANR", "l/min(ANR)"),
+    ],
+)
+def test_other_spellings_of_a_unit(quantity, printed, same):
+    found, expected = reading(quantity, printed, AROUND), reading(quantity, same, AROUND)
+    assert isinstance(found, Reading)
+    assert isinstance(expected, Reading)
+    assert found[:2] == expected[:2]
