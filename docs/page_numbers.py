@@ -32,7 +32,6 @@ from pneumo.publish.style import save
 from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.facts import headline_text
-from pneumo.verdict.judging import STATUSES
 
 RESULTS, STATIC = ROOT / "results", ROOT / "docs/static"
 FIGURES = ("measurements", "pulses", "vessel")  # copies of results/figures/
@@ -103,11 +102,12 @@ def fit_bench(bench: dict[str, Any]) -> dict[str, str]:
 
 def simulators(stored: list[dict[str, Any]]) -> dict[str, str]:
     """Who reproduces the paper how well, by `python -m benchmarks.simulators`."""
+    statuses = list(stored[0]["statuses"])
     cells = [
-        [row["name"], *(f"{row['statuses'][name]}" for name in STATUSES), f"{row['table_9']:.3f}"]
+        [row["name"], *(f"{row['statuses'][name]}" for name in statuses), f"{row['table_9']:.3f}"]
         for row in stored
     ]
-    heads = ["runs by", *STATUSES, "RMS of ln(MSE/printed), Table 9"]
+    heads = ["runs by", *statuses, "RMS of ln(MSE/printed), Table 9"]
     return {"judged": f"{stored[0]['items']}", "table_simulators": table(heads, cells)}
 
 
@@ -166,7 +166,7 @@ def levels(results: Path) -> str:
 
 
 def from_the_template() -> Numbers:
-    """What `pneumo study` answers for the cylinder of `pneumo init`: all but its last line."""
+    """What `pneumo study` answers for the cylinder of `pneumo init`, and what to measure first."""
     pneumo = Path(sys.executable).with_name("pneumo")
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([pneumo, "init", "my.yaml"], cwd=folder, check=True, capture_output=True)
@@ -174,7 +174,9 @@ def from_the_template() -> Numbers:
             [pneumo, "study", "my.yaml"], cwd=folder, check=True, capture_output=True, text=True
         )
     lines = [line.rstrip() for line in done.stdout.splitlines()]
-    return {"study": {"answer": "\n".join(lines[:-1])}}
+    budget = next(i for i, line in enumerate(lines) if line.startswith(" "))
+    measure = next(i for i, line in enumerate(lines) if line.startswith("- Measure"))
+    return {"study": {"answer": "\n".join([*lines[:budget], "...", *lines[measure : measure + 2]])}}
 
 
 def write() -> None:

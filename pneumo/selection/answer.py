@@ -196,7 +196,7 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
     reason = f"Expected error {_error(chosen)}"
     reason += f", {100 * chosen.rms / swing:.2g} % of the pressures' swing of {_kpa(swing)}"
     if others := [other for other in good if other != chosen.model]:
-        reason += f". {', '.join(others)}: as good within {100 * MATERIAL:.0f} %, but not cheaper"
+        reason += f". As good within {100 * MATERIAL:.0f} %, but not cheaper: {', '.join(others)}"
     return reason
 
 

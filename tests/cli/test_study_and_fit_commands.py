@@ -19,12 +19,13 @@ def test_init_then_study(inside, tmp_path):
     assert inside("init")[:2] == (0, "cylinder.yaml: written; edit it, then: pneumo study cylinder.yaml\n")
     (tmp_path / "quick.yaml").write_text(QUICK)
     code, out, _ = inside("study", "cylinder.yaml", "quick.yaml")
-    assert code == 0 and all(f" M{i} " in out for i in range(1, 11))
-    assert "mine: open, closed, 2 runs each" in out and "Next: pneumo export " in out
-    assert " full order " in out
+    assert code == 0 and all(f"\nM{i} " in out for i in range(1, 11)) and "\nfull order " in out
+    assert out.startswith("mine: Take ") and "Next: pneumo export " in out
+    _, details, _ = inside("study", "cylinder.yaml", "quick.yaml", "--details")
+    assert "mine: open, closed, 2 runs each" in details and "C ± 10 %" in details
     files = sorted(file.name for file in (tmp_path / "study-cylinder-quick").iterdir())
     assert files == ["study.html", "study.nc"]
-    options = ["--experiment", "open", "--seeds", 1, "-o", "one"]
+    options = ["--experiment", "open", "--seeds", 1, "-o", "one", "--details"]
     code, out, _ = inside("study", "cylinder.yaml", "quick.yaml", *options)
     assert code == 0 and "mine: open, 1 runs each" in out and (tmp_path / "one" / "study.nc").exists()
 
@@ -80,7 +81,7 @@ def test_a_study_whose_runs_all_fail_says_so_and_writes_its_page(inside, tmp_pat
     steps = "experiments: {open: {signal: {kind: steps, levels: [1, -1], hold_s: 0.1}}}\n"
     (tmp_path / "wild.yaml").write_text(f"{QUICK}step_s: 0.03\n{light}{steps}")
     code, out, err = inside("study", "cylinder.yaml", "wild.yaml")
-    assert out.count("Left out: open, ") == 1 and "Recommended: none" in out
+    assert out.count("Left out: open, ") == 1 and "mine: No model" in out
     assert code == 2 and err.splitlines()[-1].startswith("pneumo: mine: no full-order run succeeded")
     assert (tmp_path / "study-cylinder-wild" / "study.html").exists()
 
