@@ -73,10 +73,10 @@ class Uncertain(NamedTuple):
 
     def text(self, name: str) -> str:
         """Quantity with its limit, such as "C ± 10 %"."""
-        half = self.half_width(name)
+        half, name_shown = self.half_width(name), name.replace("V_d_", "V_d of ")
         if not QUANTITIES[name].logarithmic:
-            return f"{name} ± {half:.2g}" + (" K" if name == "T_in" else "")
-        return f"{name} ± {100 * half:.2g} %" if half < 0.3 else f"{name} × or ÷ {exp(half):.2g}"
+            return f"{name_shown} ± {half:.2g}" + (" K" if name == "T_in" else "")
+        return f"{name_shown} ± {100 * half:.2g} %" if half < 0.3 else f"{name_shown} × or ÷ {exp(half):.2g}"
 
 
 def plant_with(plant: Plant, names: tuple[str, ...], deviations: np.ndarray) -> Plant:
