@@ -43,10 +43,10 @@ from benchmarks.fit_counts import ROOT, Outcome, for_the_page, kept, markdown, w
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy, load, study
 from pneumo.errors import InputError
-from pneumo.fit.fit_result import FitResult
-from pneumo.fit.measurement_fit import fit_measurement
-from pneumo.fit.mistaken_columns import check_columns
-from pneumo.fit.record.measurement import read_measurement
+from pneumo.fitting.fit_result import FitResult
+from pneumo.fitting.measurement_fit import fit_measurement
+from pneumo.fitting.mistaken_columns import check_columns
+from pneumo.fitting.record.measurement import read_measurement
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 

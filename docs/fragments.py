@@ -15,9 +15,9 @@ from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.cli.commands import app
 from pneumo.configuration.parameters import load, study
 from pneumo.export.live import installed, live_page, typical_plants
-from pneumo.fit.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE
-from pneumo.fit.record.formats import FORMATS
-from pneumo.fit.rig.rig_file import QUANTITIES, TEXTS, key
+from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE
+from pneumo.fitting.record.formats import FORMATS
+from pneumo.fitting.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.publish.model_looks import colours

@@ -19,9 +19,11 @@ if TYPE_CHECKING:
     from pneumo.linear.linear_model import linearise as linearise
     from pneumo.linear.observer import Estimate as Estimate
     from pneumo.linear.observer import ekf as ekf
+    from pneumo.notebook import ModelStudy as ModelStudy
     from pneumo.notebook import RecordFit as RecordFit
     from pneumo.notebook import fit as fit
     from pneumo.notebook import read_record as read_record
+    from pneumo.notebook import study as study
     from pneumo.physics.cylinder import Cylinder as Cylinder
     from pneumo.physics.models import MODELS as MODELS
     from pneumo.physics.models import Model as Model
@@ -38,45 +40,71 @@ if TYPE_CHECKING:
     from pneumo.storage.files import open_grid as open_grid
 
     __version__: str
-else:
-    import re
-    import sys
+
+# The same names by module, which is loaded on first use: `import pneumo` imports no numerics.
+_NAMES = {
+    "pneumo.catalogue": (
+        "default_conductance",
+        "measured_conductances",
+    ),
+    "pneumo.configuration.experiment": ("Plant",),
+    "pneumo.configuration.parameters": ("load",),
+    "pneumo.equations.chamber_rate": ("chamber_rate",),
+    "pneumo.errors": (
+        "ConfigurationError",
+        "DamagedError",
+        "InputError",
+        "PneumoError",
+        "ResultError",
+        "RunError",
+    ),
+    "pneumo.linear.linear_model": (
+        "Linear",
+        "linearise",
+    ),
+    "pneumo.linear.observer": (
+        "Estimate",
+        "ekf",
+    ),
+    "pneumo.notebook": ("ModelStudy", "RecordFit", "fit", "read_record", "study"),
+    "pneumo.physics.cylinder": ("Cylinder",),
+    "pneumo.physics.models": (
+        "MODELS",
+        "Model",
+    ),
+    "pneumo.physics.valve": (
+        "Conditions",
+        "Gas",
+        "Valve",
+    ),
+    "pneumo.runs": (
+        "Prediction",
+        "Run",
+        "State",
+        "recorded",
+        "replay",
+        "simulate",
+    ),
+    "pneumo.selection.plants": ("plant",),
+    "pneumo.storage.files": ("open_grid",),
+}
+_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
+__all__ = ["__version__", *sorted(_MODULE_OF)]  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __dir__() -> list[str]:
+    """Public names, loaded or not."""
+    return __all__
+
+
+def __getattr__(name: str) -> object:
+    """Load a public name on first use."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("pneumo")
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'pneumo' has no attribute {name!r}")
     from importlib import import_module
-    from pathlib import Path
-    from types import ModuleType
 
-    # The imports above are the one list of public names; they are loaded on first use.
-    _source = Path(__file__).read_text(encoding="utf-8")
-    _names = re.findall(r"from (pneumo\.\S+) import (\w+) as \2\n", _source)
-    _MODULE_OF = {name: module for module, name in _names}
-    __all__ = ["__version__", *sorted(_MODULE_OF)]
-
-    class _Room(ModuleType):
-        """Package with the name of a public function, such as `pneumo.fit`; calling it calls the function."""
-
-        def __call__(self, *args: object, **kwargs: object) -> object:
-            name = self.__name__.removeprefix("pneumo.")
-            return getattr(import_module(_MODULE_OF[name]), name)(*args, **kwargs)
-
-    class _Package(ModuleType):
-        def __setattr__(self, name: str, value: object) -> None:
-            """Set an attribute; a package that an import sets under a public name becomes a `_Room`."""
-            if name in _MODULE_OF and isinstance(value, ModuleType):
-                value.__class__ = _Room
-            super().__setattr__(name, value)
-
-    sys.modules[__name__].__class__ = _Package
-
-    def __dir__() -> list[str]:
-        """Public names, loaded or not."""
-        return __all__
-
-    def __getattr__(name: str) -> object:
-        """Load a public name on first use: `import pneumo` imports no numerics."""
-        if name == "__version__":
-            from importlib.metadata import version
-
-            return version("pneumo")
-        if name not in _MODULE_OF:
-            raise AttributeError(f"module 'pneumo' has no attribute {name!r}")
-        return getattr(import_module(_MODULE_OF[name]), name)
+    return getattr(import_module(_MODULE_OF[name]), name)

@@ -1,4 +1,4 @@
-"""Fits for notebooks and scripts: `pneumo.fit` returns an object with tables, figures and checks.
+"""Fits and studies for notebooks and scripts: objects with text, tables, figures and checks.
 
 Progress goes to the logger `pneumo`: `logging.basicConfig(level="INFO")` shows it.
 """
@@ -15,25 +15,32 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from pneumo.configuration.configured_dynamics import configured_dynamics
-from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import accuracy, load, study
+from pneumo.configuration.experiment import Plant, Study
+from pneumo.configuration.parameters import accuracy, load
+from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
+from pneumo.configuration.uncertain import uncertainties
 from pneumo.equations.chamber_rate import model_row
 from pneumo.errors import InputError, printable
-from pneumo.fit.fit_result import FitResult
-from pneumo.fit.fitted_parameters import FULL_ORDER, QUANTITIES
-from pneumo.fit.fitted_yaml import fitted_configuration
-from pneumo.fit.measurement_fit import fit_measurement, fitted_too, validation
-from pneumo.fit.mistaken_columns import check_columns
-from pneumo.fit.position_checks import position_shown
-from pneumo.fit.record.columns import Column
-from pneumo.fit.record.joined_records import joined
-from pneumo.fit.record.measurement import Measurement, read_measurement
-from pneumo.fit.settings import MOST_STEPS, PART
+from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
+from pneumo.fitting.fitted_parameters import FULL_ORDER, QUANTITIES
+from pneumo.fitting.fitted_yaml import fitted_configuration
+from pneumo.fitting.measurement_fit import fit_measurement, fitted_too, validation
+from pneumo.fitting.mistaken_columns import check_columns
+from pneumo.fitting.position_checks import position_shown
+from pneumo.fitting.record.columns import Column
+from pneumo.fitting.record.joined_records import joined
+from pneumo.fitting.record.measurement import Measurement, read_measurement
+from pneumo.fitting.settings import MOST_STEPS, PART
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import record_figure, residual_figure
+from pneumo.publish.figures.study_figures import budget_figure
 from pneumo.publish.pages.fit_page import fit_page
+from pneumo.publish.pages.study_page import check_folder, save_study
+from pneumo.publish.text.terminal_tables import study_text
+from pneumo.selection.answer import Answer, answers, export_command
+from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import check_output, write_text
 
@@ -115,17 +122,104 @@ class RecordFit:
         """Write fit.html, fit.nc and fitted.yaml into a folder."""
         folder = Path(folder)
         check_output(folder)
-        self.result.save(study(self.configuration).config_sha256, folder / "fit.nc")
+        self.result.save(in_SI(self.configuration).config_sha256, folder / "fit.nc")
         name = ", ".join(Path(name_of_file).name for name_of_file in self.measurement.name.split(", "))
         T = self.measurement.T
         write_text(fit_page(self.result, name), folder / "fit.html")
         rest = self.configuration, self.cylinder, self.plant, self.result, name
         write_text(fitted_configuration(*rest, T=T), folder / "fitted.yaml")
 
+    def __repr__(self) -> str:
+        """Text of at most ten lines: errors on the part held out, the rig's parameters, warnings."""
+        result = self.result
+        held_out = result.data["rms_held_out"]
+        errors = [
+            f"{model} {rms_of_chambers(held_out.sel(model=model).values) / 1e3:.3g}"
+            for model in result.models[:4]
+        ]
+        lines = [f"fit of {self.measurement.name}: RMS error held out (kPa): {', '.join(errors)}"]
+        for name, interval in list(result.estimates(result.model_of_rig).items())[:6]:
+            shown, quantity = interval.scaled(QUANTITIES[name].factor), QUANTITIES[name]
+            unit = f" {quantity.shown_unit}" if quantity.shown_unit else ""
+            lines.append(f"  {quantity.heading} = {shown.value:.4g}{unit} ({shown.ends_text('.3g')})")
+        lines += [f"  warning: {first_words(text)}" for text in self.warnings[:2]]
+        return "\n".join(lines)
+
     def _repr_html_(self) -> str:
         """Table of the estimates with warnings, for notebooks."""
         warnings = "".join(f"<p><strong>Warning:</strong> {_escaped(text)}</p>" for text in self.warnings)
         return warnings + self.estimates.to_html(float_format="{:.4g}".format)
+
+
+@dataclass(frozen=True)
+class ModelStudy:
+    """Models compared on the cylinders of a configuration, from `pneumo.study`."""
+
+    study: Study
+    cells: xr.Dataset  #: errors of every model, run and drawn cylinder
+    files: tuple[str, ...] = ()  #: of the configuration, for the commands of the text
+
+    @cached_property
+    def answers(self) -> list[Answer]:
+        """Answer for each cylinder: the model to take, the error budget, and what to measure next."""
+        return answers(self.cells)
+
+    def plot(self, cylinder: str | None = None) -> Figure:
+        """Figure of the error budget of a cylinder; by default of the first."""
+        return budget_figure(
+            next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
+        )
+
+    def to_xarray(self) -> xr.Dataset:
+        """Errors of every model, run and drawn cylinder, as ``study.nc`` has them."""
+        return self.cells
+
+    def save(self, folder: Path | str) -> tuple[Path, Path]:
+        """Write study.html and study.nc into a folder; return their paths."""
+        check_folder(Path(folder))
+        commands = [export_command(answer, self.study, self.files) for answer in self.answers]
+        return save_study(self.study, self.cells, self.answers, Path(folder), commands)
+
+    def __repr__(self) -> str:
+        """Text that `pneumo study` prints."""
+        return study_text(self.answers, self.study, self.files)
+
+    def _repr_html_(self) -> str:
+        """Same text, for notebooks."""
+        return f"<pre>{_escaped(repr(self))}</pre>"
+
+
+def study(
+    configuration: Path | str | Configuration,
+    *,
+    cylinders: Sequence[str] = (),
+    experiments: Sequence[str] = (),
+    seeds: int | None = None,
+    threads: int = 2,
+) -> ModelStudy:
+    """Compare all models on the cylinders of a configuration; `pneumo study` does the same.
+
+    Parameters
+    ----------
+    configuration
+        File, such as that of `pneumo init` or ``fitted.yaml``, or its content from `load`.
+    cylinders, experiments : sequence of str
+        Only these; by default all.
+    seeds : int
+        Runs of each experiment; by default as configured.
+
+    Raises
+    ------
+    InputError
+        If a cylinder or experiment is unknown.
+    ConfigurationError
+        If the configuration is wrong.
+    """
+    files = () if isinstance(configuration, Configuration) else (str(configuration),)
+    content = configuration if isinstance(configuration, Configuration) else load(Path(configuration))
+    chosen = selected(in_SI(content), cylinders, experiments)
+    chosen = chosen._replace(seeds=seeds or chosen.seeds)
+    return ModelStudy(chosen, run_study(chosen, threads, uncertain=uncertainties(content)), files)
 
 
 _SAMPLING = {"held": HELD, "linear": INTERPOLATED}
@@ -176,7 +270,7 @@ def read_record(
         If the record cannot be read, or one of its values is impossible.
     """
     _check("x_from", x_from, ORIGINS)
-    plant = configured_plant(study(_configuration(configuration)), cylinder, 1.0)
+    plant = configured_plant(in_SI(_configuration(configuration)), cylinder, 1.0)
     return read_measurement(record, plant, columns, from_end=x_from == "end")
 
 
@@ -220,7 +314,7 @@ def fit(
     if not PARTS[0] <= part <= PARTS[1]:
         raise InputError(f"part = {part:g}: must lie between {PARTS[0]:g} and {PARTS[1]:g}")
     configuration = _configuration(configuration)
-    configured = study(configuration)
+    configured = in_SI(configuration)
     plant = configured_plant(configured, cylinder, 1.0)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     records = [

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.equations.chamber_rate import lane_for
+from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError
-from pneumo.physics.models import Model, lane_array
+from pneumo.physics.models import Model, full_order_lane, lane_array
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.publish.figures.run_figure import run_figure
 from pneumo.selection.plants import check_positive
@@ -212,6 +213,25 @@ class Prediction(NamedTuple):
     mean_error: np.ndarray  #: mean of the run's minus the model's pressure, Pa: a pair
     mse: np.ndarray  #: mean of its square, Pa^2: a pair
     status: tuple[str, ...]  #: "ok", or why a chamber's pressures end in NaN: a pair
+    model: str = ""  #: its name, with n if it has one
+
+    def to_xarray(self) -> xr.Dataset:
+        """Dataset with `P` by (chamber, t), Pa, and `mean_error` and `mse` by chamber."""
+        by_chamber = {"mean_error": ("chamber", self.mean_error), "mse": ("chamber", self.mse)}
+        P = np.stack([self.P_A, self.P_B])
+        return xr.Dataset(
+            {"P": (("chamber", "t"), P, {"units": "Pa"}), **by_chamber},
+            {"t": ("t", self.t, {"units": "s"}), "chamber": ["A", "B"]},
+            {"model": self.model},
+        )
+
+    def __repr__(self) -> str:
+        """Model with its root mean square errors; a replay that failed says why."""
+        rms = zip("AB", np.sqrt(self.mse) / 1e3, self.status, strict=True)
+        errors = ", ".join(
+            f"{side} {error:.3g} kPa" if status == "ok" else f"{side} {status}" for side, error, status in rms
+        )
+        return f"replay of {self.model} over {self.t[-1]:.4g} s: RMS error {errors}"
 
 
 def _series(**signals: ArrayLike) -> dict[str, np.ndarray]:
@@ -335,7 +355,9 @@ def recorded(
 
 
 def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
-    """Integrate a reduced model on the command, position and velocity of a run, Fig. 6.
+    """Integrate a reduced model, or the full order, on command, position and velocity of a run, Fig. 6.
+
+    The full order is the model "full", without n.
 
     On a simulated run it starts at the run's first pressures and reads the signals at every stage of the
     integrator; on a measured one it starts at P_0 and reads samples, interpolated linearly.
@@ -345,8 +367,14 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
     InputError
         If there is no such model, or n is missing or out of range.
     """
-    lanes = lane_array([lane_for(model, n, run.recording.plant)])
+    plant = run.recording.plant
+    full = model == FULL_ORDER
+    if full and n is not None:
+        raise InputError(f"n = {n:g}: the full order has no n; give None")
+    lanes = lane_array([full_order_lane(plant.gas.gamma) if full else lane_for(model, n, plant)])
     replayed = replay_lanes(run.recording, lanes, EXACT_SAMPLING if run.simulated else INTERPOLATED)
     P_A, P_B = replayed.pressure[0]
     status = tuple(STATUS[int(code)] for code in replayed.status[0])
-    return Prediction(run.t, P_A, P_B, replayed.mean_error[0], replayed.mse[0], status)
+    name = model if isinstance(model, str) else model.name
+    name = f"{name} at n = {n:g}" if n is not None else name
+    return Prediction(run.t, P_A, P_B, replayed.mean_error[0], replayed.mse[0], status, name)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from pneumo.configuration.experiment import Plant
-from pneumo.fit.record.measurement import Measurement
+from pneumo.fitting.record.measurement import Measurement
 
 
 class Truth(NamedTuple):

@@ -180,7 +180,7 @@ def test_the_table_of_fitted_parameters_says_what_is_fitted_when_and_names_its_s
 
 
 def test_the_scheme_of_a_rig_shows_every_volume_and_restriction():
-    from pneumo.fit.rig.rig_file import OF_B, QUANTITIES
+    from pneumo.fitting.rig.rig_file import OF_B, QUANTITIES
 
     drawing = ElementTree.fromstring((DOCS / "static/rig.svg").read_text(encoding="utf-8"))
     texts = {text.text for text in drawing.iter("text")}

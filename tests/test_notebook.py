@@ -1,4 +1,4 @@
-"""The object of a fit in a notebook, and that the room `pneumo.fit` can be called."""
+"""The object of a fit in a notebook."""
 
 import json
 
@@ -73,11 +73,9 @@ def test_files_are_written(fit, tmp_path):
     assert full["value"] == pytest.approx(fit.estimates.loc[("full", "k_0"), "value"])
 
 
-def test_the_room_is_callable(file):
-    import pneumo.fit.estimate  # sets the room in place of the function
-
-    with pytest.raises(InputError, match=r"absent.csv: no such file"):
-        pneumo.fit("absent.csv", file)
+def test_a_fit_shows_itself_in_ten_lines(fit):
+    text = repr(fit).splitlines()
+    assert len(text) <= 10 and "RMS error held out (kPa): full " in text[0] and "  k_0 = " in repr(fit)
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pneumo.fit.closed.closed_problem import LAWS, ClosedProblem, ClosedRecord, Law, fitted_names
-from pneumo.fit.fit_result import Estimate
+from pneumo.fitting.closed.closed_problem import LAWS, ClosedProblem, ClosedRecord, Law, fitted_names
+from pneumo.fitting.fit_result import Estimate
 
 R_NITROGEN, GAMMA = 296.80, 1.4  # J/(kg K); at 0.3 to 1.6 MPa nitrogen is perfect within 1 %
 T_WALL = 293.15  # K. ASSUME: not in the records; k scales with its inverse, predictions do not depend on it

@@ -8,13 +8,13 @@ import xarray as xr
 
 from paper.study.closed_records import T_WALL, THINNED, read_closed_record
 from pneumo.errors import ResultError
-from pneumo.fit.fit_result import FitResult, rms_of_chambers
-from pneumo.fit.record.columns import Column
-from pneumo.fit.rig.rig_file import Rig, factor, key, read_rig
-from pneumo.fit.rig.rig_file import rig as read_rig_of
-from pneumo.fit.rig.rig_fit import judged, judged_models, values_of
-from pneumo.fit.rig.rig_record import Points, Run, read_runs
-from pneumo.fit.rig.rig_replay import (
+from pneumo.fitting.fit_result import FitResult, rms_of_chambers
+from pneumo.fitting.record.columns import Column
+from pneumo.fitting.rig.rig_file import Rig, factor, key, read_rig
+from pneumo.fitting.rig.rig_file import rig as read_rig_of
+from pneumo.fitting.rig.rig_fit import judged, judged_models, values_of
+from pneumo.fitting.rig.rig_record import Points, Run, read_runs
+from pneumo.fitting.rig.rig_replay import (
     ADIABATIC,
     FULL,
     RIG_MODELS,

@@ -150,7 +150,7 @@ def _report(
 
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import save_study
-    from pneumo.publish.text.terminal_tables import budget_table, study_tables
+    from pneumo.publish.text.terminal_tables import study_tables, study_text
     from pneumo.selection.answer import answers, export_command
     from pneumo.selection.plants import study_notes
 
@@ -158,16 +158,7 @@ def _report(
     # With several k_0 the command names that of the first experiment: of one that was studied.
     ordered = configured._replace(experiments={**chosen.experiments, **configured.experiments})
     commands = [export_command(answer, ordered, files) for answer in of_cylinders]
-    for answer, command in zip(of_cylinders, commands, strict=True):
-        console.print(f"{answer.ranking.cylinder}: {answer.headline}. {answer.reason}.", markup=False)
-        if answer.contenders:
-            console.print(budget_table(answer))
-        for advice in answer.advice:
-            console.print(f"- {advice}", markup=False)
-        if command:
-            console.print(f"Next: {command}", markup=False, soft_wrap=True)
-        for reason in dict.fromkeys(answer.ranking.left_out):  # once, where all runs are the same
-            console.print(f"Left out: {reason}.", markup=False)
+    typer.echo(study_text(of_cylinders, ordered, files, console.width))
     if details:
         for line in [
             *study_notes(chosen),

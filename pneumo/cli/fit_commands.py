@@ -10,9 +10,9 @@ import typer
 from typer import Argument, Option
 
 from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, Trust, output_to, read_configuration
-from pneumo.fit.fitted_parameters import ALSO
-from pneumo.fit.record.formats import FORMATS
-from pneumo.fit.settings import FEWEST_SAMPLES, MOST_STEPS
+from pneumo.fitting.fitted_parameters import ALSO
+from pneumo.fitting.record.formats import FORMATS
+from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS
 
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 
@@ -37,10 +37,10 @@ def show(
 ) -> None:
     """Draw a record as a fit reads it, and say what is odd in it."""
     from pneumo.configuration.parameters import study
-    from pneumo.fit.mistaken_columns import mistake
-    from pneumo.fit.record.columns import read_mapping
-    from pneumo.fit.record.measurement import read_measurement
-    from pneumo.fit.record.plausibility import above_supply
+    from pneumo.fitting.mistaken_columns import mistake
+    from pneumo.fitting.record.columns import read_mapping
+    from pneumo.fitting.record.measurement import read_measurement
+    from pneumo.fitting.record.plausibility import above_supply
     from pneumo.publish.figures.fit_figures import record_figure
     from pneumo.publish.style import save
     from pneumo.selection.plants import configured_plant
@@ -116,15 +116,15 @@ def fit(
     from pneumo.configuration.sampling import HELD, INTERPOLATED
     from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
-    from pneumo.fit.estimate import at_temperature
-    from pneumo.fit.fit_result import ClosedChambersResult
-    from pneumo.fit.fitted_yaml import fitted_configuration
-    from pneumo.fit.measurement_fit import fit_measurement, fitted_too, validation
-    from pneumo.fit.mistaken_columns import check_columns
-    from pneumo.fit.position_checks import position_shown
-    from pneumo.fit.record.columns import read_mapping
-    from pneumo.fit.record.joined_records import joined
-    from pneumo.fit.record.measurement import read_measurement
+    from pneumo.fitting.estimate import at_temperature
+    from pneumo.fitting.fit_result import ClosedChambersResult
+    from pneumo.fitting.fitted_yaml import fitted_configuration
+    from pneumo.fitting.measurement_fit import fit_measurement, fitted_too, validation
+    from pneumo.fitting.mistaken_columns import check_columns
+    from pneumo.fitting.position_checks import position_shown
+    from pneumo.fitting.record.columns import read_mapping
+    from pneumo.fitting.record.joined_records import joined
+    from pneumo.fitting.record.measurement import read_measurement
     from pneumo.physics.models import MODELS
     from pneumo.publish.pages.fit_page import fit_page
     from pneumo.publish.text import terminal_tables as shown
@@ -168,13 +168,13 @@ def fit(
     for note in measured.notes:
         say(f"note: {note}")
     if closed is not None and closed != "both":
-        from pneumo.fit.closed.thermal_time_constant import transient
+        from pneumo.fitting.closed.thermal_time_constant import transient
 
         still = transient(measured, at_temperature(plant, measured.T), closed, closed_from)
         return typer.echo(shown.transient_text(still))
     rule = HELD if command == "held" else INTERPOLATED
     if measured.closed:
-        from pneumo.fit.closed.closed_fit import fit_closed
+        from pneumo.fitting.closed.closed_fit import fit_closed
 
         for option in [
             name for name, given in (("model", model), ("also", also), ("validate", other)) if given

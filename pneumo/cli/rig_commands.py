@@ -36,12 +36,12 @@ def rig(
     from rich.console import Console
 
     from pneumo.errors import InputError, printable
-    from pneumo.fit.record.columns import read_mapping
-    from pneumo.fit.rig.rig_c import rig_c
-    from pneumo.fit.rig.rig_file import read_rig
-    from pneumo.fit.rig.rig_fit import judged_models, values_of
-    from pneumo.fit.rig.rig_record import read_runs
-    from pneumo.fit.rig.rig_replay import RIG_MODELS
+    from pneumo.fitting.record.columns import read_mapping
+    from pneumo.fitting.rig.rig_c import rig_c
+    from pneumo.fitting.rig.rig_file import read_rig
+    from pneumo.fitting.rig.rig_fit import judged_models, values_of
+    from pneumo.fitting.rig.rig_record import read_runs
+    from pneumo.fitting.rig.rig_replay import RIG_MODELS
     from pneumo.publish.pages.fit_page import fit_page
     from pneumo.publish.text.terminal_tables import fit_tables
     from pneumo.storage.files import output_folder, write_text

@@ -6,8 +6,8 @@ import pytest
 from pneumo import MODELS, Model, linearise, recorded, replay, simulate
 from pneumo.equations.chamber_rate import model_row
 from pneumo.export import TARGETS, exported
-from pneumo.fit.measurement_fit import fit_measurement
-from pneumo.fit.record.measurement import Measurement
+from pneumo.fitting.measurement_fit import fit_measurement
+from pneumo.fitting.record.measurement import Measurement
 
 # Pages and figures read the table when they are imported: tests/publish.
 M99 = Model("M99", "n", "n", "n", "polytropic", True, "lambda_0 A_q")

@@ -7,6 +7,7 @@ import xarray as xr
 from bad_input import assert_one_line
 from checkout import ROOT
 
+import pneumo
 from pneumo.configuration.parameters import load, sonic_conductance, study
 from pneumo.publish.text.formatting import significant
 from pneumo.runs import simulate
@@ -21,6 +22,10 @@ def test_init_then_study(inside, tmp_path):
     code, out, _ = inside("study", "cylinder.yaml", "quick.yaml")
     assert code == 0 and all(f"\nM{i} " in out for i in range(1, 11)) and "\nfull order " in out
     assert out.startswith("mine: Take ") and "Next: pneumo export " in out
+    same = pneumo.study(pneumo.load(tmp_path / "cylinder.yaml", tmp_path / "quick.yaml"))
+    assert repr(same).splitlines()[:-1] == out.splitlines()[: len(repr(same).splitlines()) - 1]
+    assert same.to_xarray().sizes["row"] == 11 and len(same.plot().axes[0].containers) == 5
+    assert [file.name for file in same.save(tmp_path / "saved")] == ["study.html", "study.nc"]
     _, details, _ = inside("study", "cylinder.yaml", "quick.yaml", "--details")
     assert "mine: open, closed, 2 runs each" in details and "C ± 10 %" in details
     files = sorted(file.name for file in (tmp_path / "study-cylinder-quick").iterdir())

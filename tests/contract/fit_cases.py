@@ -24,13 +24,13 @@ from benchmarks.fit_bench import drawn_case, fitted  # noqa: E402
 from benchmarks.fit_counts import named_causes  # noqa: E402
 from pneumo.configuration.parameters import load, study  # noqa: E402
 from pneumo.errors import InputError  # noqa: E402
-from pneumo.fit.closed.closed_fit import fit_closed  # noqa: E402
-from pneumo.fit.closed.thermal_time_constant import transient  # noqa: E402
-from pneumo.fit.fit_result import FitResult  # noqa: E402
-from pneumo.fit.rig.rig_file import QUANTITIES, factor, key, rig  # noqa: E402
-from pneumo.fit.rig.rig_fit import judged_models  # noqa: E402
-from pneumo.fit.rig.rig_record import Points, pulses, vessel_run  # noqa: E402
-from pneumo.fit.rig.rig_replay import run_errors  # noqa: E402
+from pneumo.fitting.closed.closed_fit import fit_closed  # noqa: E402
+from pneumo.fitting.closed.thermal_time_constant import transient  # noqa: E402
+from pneumo.fitting.fit_result import FitResult  # noqa: E402
+from pneumo.fitting.rig.rig_file import QUANTITIES, factor, key, rig  # noqa: E402
+from pneumo.fitting.rig.rig_fit import judged_models  # noqa: E402
+from pneumo.fitting.rig.rig_record import Points, pulses, vessel_run  # noqa: E402
+from pneumo.fitting.rig.rig_replay import run_errors  # noqa: E402
 from pneumo.selection.cylinder_template import TEMPLATE  # noqa: E402
 from pneumo.selection.plants import configured_plant  # noqa: E402
 

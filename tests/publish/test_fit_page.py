@@ -10,11 +10,11 @@ import xarray as xr
 from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
-from pneumo.fit.fit_result import Estimate, FitResult, FitWarning, estimates_data, fit_data, light
-from pneumo.fit.fitted_parameters import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
-from pneumo.fit.record.measurement import Measurement
-from pneumo.fit.rig.rig_file import QUANTITIES as OF_RIG
-from pneumo.fit.rig.rig_file import fitted_quantity
+from pneumo.fitting.fit_result import Estimate, FitResult, FitWarning, estimates_data, fit_data, light
+from pneumo.fitting.fitted_parameters import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
+from pneumo.fitting.record.measurement import Measurement
+from pneumo.fitting.rig.rig_file import QUANTITIES as OF_RIG
+from pneumo.fitting.rig.rig_file import fitted_quantity
 from pneumo.publish.figures.fit_figures import diagnosis_figure
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.style import paper_style

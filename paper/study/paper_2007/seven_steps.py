@@ -8,7 +8,7 @@ time, converts them to ``k_0`` and ``lambda_0``. Steps 2 to 7 take floats and Nu
 from math import log
 from typing import Any, NamedTuple
 
-from pneumo.fit.closed.thermal_time_constant import SETTLED, mean_pressure
+from pneumo.fitting.closed.thermal_time_constant import SETTLED, mean_pressure
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import wetted_area
 

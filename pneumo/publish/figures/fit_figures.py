@@ -3,9 +3,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from pneumo.fit.fit_result import FitResult, rms_of_chambers
-from pneumo.fit.fitted_parameters import QUANTITIES
-from pneumo.fit.record.measurement import Measurement
+from pneumo.fitting.fit_result import FitResult, rms_of_chambers
+from pneumo.fitting.fitted_parameters import QUANTITIES
+from pneumo.fitting.record.measurement import Measurement
 from pneumo.publish.figures.panels import one_two_five
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, PALE, axis_label, new_figure, paper_style

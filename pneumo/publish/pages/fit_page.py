@@ -1,6 +1,6 @@
 """Page of `pneumo fit`: one self-contained HTML file."""
 
-from pneumo.fit.fit_result import ClosedChambersResult, FitResult
+from pneumo.fitting.fit_result import ClosedChambersResult, FitResult
 from pneumo.publish.figures.fit_figures import diagnosis_figure, held_out_figure, residual_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address

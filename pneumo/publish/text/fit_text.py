@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pneumo.fit.fit_result import FitResult, adds_little, light, rms_of_chambers
-from pneumo.fit.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
+from pneumo.fitting.fit_result import FitResult, adds_little, light, rms_of_chambers
+from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
 from pneumo.publish.text.formatting import KILO
 
 WINDOWS = 20  # of a record, among which the one with the largest residual is looked for

@@ -1,22 +1,25 @@
 """Tables for the terminal; pages show the rows of some of them too."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from io import StringIO
 from typing import TYPE_CHECKING
 
 import numpy as np
 from rich import box
+from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from pneumo.fit.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
-from pneumo.fit.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
+from pneumo.configuration.experiment import Study
+from pneumo.fitting.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
+from pneumo.fitting.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
-from pneumo.selection.answer import Answer, Contender
+from pneumo.selection.answer import Answer, Contender, export_command
 from pneumo.statistics.intervals import CONFIDENCE, Interval
 from pneumo.statistics.ranking import RankedModel
 
 if TYPE_CHECKING:
-    from pneumo.fit.closed.thermal_time_constant import Transient  # seconds of imports, for one table
+    from pneumo.fitting.closed.thermal_time_constant import Transient  # seconds of imports, for one table
 
 
 def _table(
@@ -99,6 +102,26 @@ def budget_table(answer: Answer) -> Table:
     table = _table("", heads, rows, answer.chosen, numbers=True)
     table.title, table.box = None, None
     return table
+
+
+def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (), width: int = 80) -> str:
+    """Answers of a study as text: model, error budget, what to measure, and the command that exports it.
+
+    `study` has all cylinders of the configuration in `files`.
+    """
+    console = Console(width=width, file=StringIO(), color_system=None)
+    for answer in answers:
+        console.print(f"{answer.ranking.cylinder}: {answer.headline}. {answer.reason}.", markup=False)
+        if answer.contenders:
+            console.print(budget_table(answer))
+        for advice in answer.advice:
+            console.print(f"- {advice}", markup=False)
+        if command := export_command(answer, study, files):
+            console.print(f"Next: {command}", markup=False, soft_wrap=True)
+        for reason in dict.fromkeys(answer.ranking.left_out):  # once, where all runs are the same
+            console.print(f"Left out: {reason}.", markup=False)
+    assert isinstance(console.file, StringIO)
+    return "\n".join(line.rstrip() for line in console.file.getvalue().splitlines())
 
 
 def study_tables(answer: Answer) -> list[Table]:

@@ -1,0 +1,215 @@
+"""Thermal laws of two closed chambers with a piston that moves or is held, as a problem of least squares.
+
+Pressures follow from the balances of energy and mass, eqs (4) and (5), with one of `LAWS`; gas flows only
+past the piston. The first part of a record is fitted; one run from its first sample predicts the rest.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+import pneumo.core as core
+from pneumo.fitting.engine import Solution, slopes, solve
+
+SCALE = 1e6  # Pa, by which residuals are divided
+FAR_OFF = 1e3  # residual of a replay whose steps are too long for its conductance
+SLOPE_STEP = 1e-5  # of finite differences, on the scale of the search
+LEAKS_AT_START = 0.01, 1.0  # of a search, over its scale
+LOGARITHMIC = ("V_d_A", "V_d_B", "k_A", "k_B")  # parameters that are never zero
+# Bounds of the search, over a parameter's scale; a leak of 1 empties a chamber within the record.
+BOUNDS = {"V_d": (0.01, 100.0), "k": (1e-3, 1e3), "n": (0.8, 2.0), "leak": (0.0, 100.0)}
+BOUNDS |= {"start": (0.5, 2.0), "first": (0.5, 2.0)}
+
+
+class Law(NamedTuple):
+    """Thermal law of the gas: its index n, and its wall heat if `explicit_heat`."""
+
+    n: float | None = None  # gamma where None, fitted where NaN
+    explicit_heat: bool = False
+    e_A: float = 0.0  # exponents of the conductance, as in `wall_conductance`
+    e_PT: float = 0.0
+
+
+LAWS = {
+    "isothermal": Law(1.0),
+    "adiabatic": Law(),
+    "free n": Law(np.nan),
+    "wall heat, constant": Law(explicit_heat=True),
+    "wall heat, root of PT": Law(explicit_heat=True, e_PT=0.5),
+    "wall heat, area and root of PT": Law(explicit_heat=True, e_A=1.0, e_PT=0.5),
+}
+
+
+class ClosedRecord(NamedTuple):
+    """Signals of two closed chambers, uniform in time, and the piston's size."""
+
+    name: str
+    t: np.ndarray  # s
+    x: np.ndarray  # m, from the end where chamber A is smallest
+    P: np.ndarray  # Pa, absolute, by (chamber, sample)
+    areas: tuple[float, float]  # m^2, of the piston on either side
+    bore: float  # m
+    stroke: float  # m
+    R: float
+    gamma: float
+    T_wall: float
+    PT_0: float  # Pa K, product P T at which conductances are stated
+
+    @property
+    def h(self) -> float:
+        """Time between samples, s."""
+        return float(self.t[-1]) / (len(self.t) - 1)
+
+    @property
+    def uncovered(self) -> np.ndarray:
+        """Distance of the piston from each cylinder head, m, by (chamber, sample)."""
+        return np.array([self.x, self.stroke - self.x])
+
+    @property
+    def area_ratio(self) -> np.ndarray:
+        """Heat transfer area over that in mid-stroke, by (chamber, sample)."""
+        wall = np.pi / 2 * self.bore**2 + np.pi * self.bore * self.uncovered  # before eq (12)
+        return wall / (np.pi / 2 * self.bore**2 + np.pi * self.bore * self.stroke / 2)
+
+
+def closed_chambers(
+    P: np.ndarray,
+    measured: np.ndarray,
+    closed: tuple[bool, bool],
+    V: np.ndarray,
+    area_ratio: np.ndarray,
+    h: float,
+    start: np.ndarray,
+    n: float,
+    k: np.ndarray,
+    e_A: float,
+    e_PT: float,
+    leak: float,
+    R: float,
+    gamma: float,
+    T_wall: float,
+    PT_0: float,
+) -> np.ndarray:
+    """Pressures of both chambers, Pa, by (chamber, sample), by classical Runge-Kutta steps of `h` seconds.
+
+    P are the first pressures, Pa, `start` the first temperatures over that of the wall; volumes V, m^3, and
+    `area_ratio` are by (chamber, sample). Conductances k, W/K, are stated in mid-stroke at a product P T of
+    `PT_0`; `leak` is the mass flow from A to B over P_A - P_B, kg/(s Pa). A chamber that is not `closed` has
+    the `measured` pressure and the temperature of the wall.
+    """
+    pressure, (_, samples) = np.empty(V.shape), V.shape
+    core.lib.closed_chambers(
+        core.array("P", P, (2,)),
+        core.array("measured", measured, (2, samples)),
+        core.ffi.new("bool[2]", closed),
+        core.array("V", V, (2, samples)),
+        core.array("area_ratio", area_ratio, (2, samples)),
+        core.whole("samples", samples, 1),
+        h,
+        core.array("start", start, (2,)),
+        n,
+        core.array("k", k, (2,)),
+        e_A,
+        e_PT,
+        leak,
+        R,
+        gamma,
+        T_wall,
+        PT_0,
+        core.out(pressure),
+    )
+    return pressure
+
+
+class ClosedProblem(NamedTuple):
+    """Least squares of a law on the first part of a record; parameters are divided by their scales.
+
+    With wall heat, `start_A` is the first temperature over the wall's, and `first_A` the first pressure over
+    the measured one. Without it, an error in the first pressure never decays, and `start_A` stands for it.
+    """
+
+    record: ClosedRecord
+    law: Law
+    names: tuple[str, ...]  # fitted parameters
+    fitted: int  # samples of the first part
+    scales: Mapping[str, float]  # SI units; a parameter that is not fitted has the value of its scale
+    guess: Mapping[str, float] = MappingProxyType({"n": 1.2})  # over the scales; others: 1
+    every: int = 1  # every how many samples one enters the sum of squares
+    chambers: tuple[int, ...] = (0, 1)  # sides whose pressures enter it
+
+    def values(self, theta: np.ndarray) -> dict[str, float]:
+        """Parameters by name, in SI units."""
+        return dict(self.scales) | {
+            name: self.si(name, part) for name, part in zip(self.names, theta, strict=True)
+        }
+
+    def si(self, name: str, part: float) -> float:
+        """Value of a parameter in SI units, from that on the scale of the search."""
+        return self.scales.get(name, 1.0) * float(np.exp(part) if name in LOGARITHMIC else part)
+
+    def search(self, name: str, over_scale: float) -> float:
+        """Value of a parameter on the scale of the search, from that over its scale."""
+        return float(np.log(over_scale)) if name in LOGARITHMIC else over_scale
+
+    def solve(self) -> Solution:
+        """Lowest minimum from a start with next to no leak, and from one with a leak."""
+        leaks = LEAKS_AT_START if "leak" in self.names else (0.0,)
+        starts = [{**self.guess, "leak": leak} for leak in leaks]
+        thetas = [
+            np.array([self.search(name, start.get(name, 1.0)) for name in self.names]) for start in starts
+        ]
+        return min((solve(self, theta) for theta in thetas), key=lambda found: found.squares)
+
+    def bounds(self) -> np.ndarray:
+        """Bounds of the search, shape (2, parameter)."""
+        ends = [BOUNDS[name.removesuffix("_A").removesuffix("_B")] for name in self.names]
+        pairs = zip(self.names, ends, strict=True)
+        return np.array([[self.search(name, end) for end in pair] for name, pair in pairs]).T
+
+    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nothing is known beforehand but the bounds."""
+        return theta, np.zeros(len(theta))
+
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Measured minus replayed pressures of the samples fitted, over `SCALE`, shape (chamber, sample)."""
+        error = self.record.P[:, : self.fitted] - self.replay(theta, self.fitted)
+        error = error[list(self.chambers), :: self.every] / SCALE
+        return np.where(np.abs(error) < FAR_OFF, error, 1.0)  # and where not finite
+
+    def jacobian(self, theta: np.ndarray) -> np.ndarray:
+        """Derivative of the replayed pressures, shape (chamber, sample, parameter)."""
+        return slopes(self.residual, theta, self.bounds(), SLOPE_STEP)
+
+    def volumes(self, values: Mapping[str, float]) -> np.ndarray:
+        """Volumes, m^3, by (chamber, sample)."""
+        r = self.record
+        return np.array([[values["V_d_A"]], [values["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered
+
+    def replay(self, theta: np.ndarray, samples: int) -> np.ndarray:
+        """Pressures computed with the parameters `theta` for the first samples, Pa, by (chamber, sample)."""
+        v, r, law = self.values(theta), self.record, self.law
+        V, area_ratio = self.volumes(v)[:, :samples], r.area_ratio[:, :samples]
+        start, first = (
+            np.array([v.get(f"{key}_{side}", 1.0) for side in "AB"]) for key in ("start", "first")
+        )
+        k = np.array([v["k_A"], v["k_B"]]) if law.explicit_heat else np.zeros(2)
+        P, T = (r.P[:, 0] * first, start) if law.explicit_heat else (r.P[:, 0] * start, np.ones(2))
+        n, gas = v.get("n", r.gamma if law.n is None else law.n), (r.R, r.gamma, r.T_wall, r.PT_0)
+        inputs = r.P[:, :samples], (0 in self.chambers, 1 in self.chambers), V, area_ratio, r.h
+        leak = v["leak"] if "leak" in self.names else 0.0
+        return closed_chambers(P, *inputs, T, n, k, law.e_A, law.e_PT, leak, *gas)
+
+    def errors(self, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Root mean square errors of pressures of the whole record, Pa, by chamber: fitted and held out."""
+        first, rest = np.split((pressure - self.record.P) ** 2, [self.fitted], axis=1)
+        return np.sqrt(first.mean(axis=1)), np.sqrt(rest.mean(axis=1))
+
+
+def fitted_names(law: Law, leaks: bool = True) -> tuple[str, ...]:
+    """Names of the parameters that are fitted with a law."""
+    names = ["V_d_A", "V_d_B", "start_A", "start_B"]
+    names += ["k_A", "k_B"] if law.explicit_heat else []
+    names += ["n"] if law.n is not None and np.isnan(law.n) else []
+    return (*names, "leak") if leaks else tuple(names)

@@ -1,0 +1,316 @@
+"""Nonlinear least squares: solution, covariance with correlated residuals, and intervals.
+
+A fit is a `LeastSquares`, which knows its parameters and the residual with its derivative. Sensors have white
+noise; noise in the position and whatever a model lacks reach the residual through a replay, which has memory,
+so that the usual covariance of least squares would be far too small. Two are computed, from the white part of
+the residual and from its auto- and cross-correlation, and the larger one is used. A narrow interval comes
+from the standard error, a wide one from the profile of the sum of squares.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.signal import fftconvolve
+from scipy.stats import t
+
+from pneumo.fitting.settings import LEVEL
+
+MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
+FREEDOM = 3.71 / MEMORY  # degrees of freedom of a covariance with a Parzen window (Priestley 1981, 6.2.4)
+HALF_WIDTH = float(t.ppf((1 + LEVEL) / 2, FREEDOM))  # of an interval, in standard errors
+# On the scale of the search, where 1 is a factor of e of most parameters:
+WIDE = 0.3  # half an interval beyond which a profile replaces the standard error
+LOOSE = 1.0  # half an interval of a loosely known parameter
+CORRELATED = 0.7  # correlation with a loosely known parameter that counts
+DAMPING = 1e-3  # of a search's first step, where each parameter has a curvature of 1
+UNKNOWN = 1e6  # variance of a parameter that the record does not determine
+SMALLEST = 1e-6  # curvature, over the largest, below which a direction is flat; a derivative's over its root
+CLOSE = 0.05  # relative accuracy of the end of an interval
+PROFILE_STEPS = 12  # evaluations for each value that is tried for an end
+
+
+class LeastSquares(Protocol):
+    """A problem of least squares with parameters between bounds, on the scale of the search."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        ...
+
+    def bounds(self) -> np.ndarray:
+        """Lower and upper bounds, shape (2, parameter)."""
+        ...
+
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Measured minus computed values, shape (channel, sample)."""
+        ...
+
+    def jacobian(self, theta: np.ndarray) -> np.ndarray:
+        """Derivative of the computed values, shape (channel, sample, parameter)."""
+        ...
+
+    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances from the priors' centres, and weights of their squares, both of shape (parameter,)."""
+        ...
+
+
+class Solution(NamedTuple):
+    """Minimum of a sum of squares, on the scale of the search."""
+
+    theta: np.ndarray  # parameters
+    residual: np.ndarray  # by (channel, sample)
+    jacobian: np.ndarray  # by (channel, sample, parameter)
+    squares: float  # sum of squared residuals and of the priors' terms
+    prior: np.ndarray  # weights of the squared distances from the priors
+
+    @property
+    def curvature(self) -> np.ndarray:
+        """Half the second derivative of the sum of squares (Gauss and Newton), by (parameter, parameter)."""
+        J = self.jacobian.reshape(-1, len(self.theta))
+        return J.T @ J + np.diag(self.prior)
+
+
+def solve(
+    problem: LeastSquares,
+    start: np.ndarray,
+    *,
+    tolerance: float = 1e-7,
+    most: int = 60,
+    fixed: int | None = None,
+) -> Solution:
+    """Local minimum of a sum of squares, searched from `start` (Levenberg and Marquardt, between bounds).
+
+    The search ends after `most` trials, or where a step changes the sum of squares by less than `tolerance`,
+    relative. The parameter with index `fixed` keeps its value.
+    """
+    low, high = problem.bounds()
+    best, damping = solution_at(problem, np.clip(start, low, high)), DAMPING
+    for _ in range(most):
+        distance, _ = problem.prior_terms(best.theta)
+        J = best.jacobian.reshape(-1, len(start))
+        slope, H = J.T @ best.residual.ravel() - best.prior * distance, best.curvature
+        free = ((best.theta > low) | (slope > 0)) & ((best.theta < high) | (slope < 0)) & (np.diag(H) > 0)
+        if fixed is not None:
+            free[fixed] = False
+        scale = np.sqrt(np.diag(H)[free])
+        size, axes = np.linalg.eigh(H[np.ix_(free, free)] / np.outer(scale, scale))
+        move = axes @ ((axes.T @ (slope[free] / scale)) / (np.maximum(size, 0.0) + damping)) / scale
+        if float(slope[free] @ move) <= tolerance * best.squares:
+            break
+        theta = best.theta.copy()
+        theta[free] += move
+        theta = np.clip(theta, low, high)
+        squares = squares_at(problem, theta)
+        if not squares < best.squares:
+            damping *= 10
+            continue
+        gained, damping = best.squares - squares, damping / 10
+        best = solution_at(problem, theta)
+        if gained < tolerance * squares:
+            break
+    return best
+
+
+def slopes(
+    residual: Callable[[np.ndarray], np.ndarray], theta: np.ndarray, bounds: np.ndarray, step: float
+) -> np.ndarray:
+    """Derivative of the computed values, shape (channel, sample, parameter), by one-sided differences.
+
+    Steps are away from the nearer bound.
+    """
+    low, high = bounds
+    steps = np.where(theta - low > high - theta, -step, step)
+    here, changed = residual(theta), theta + np.diag(steps)
+    columns = [(here - residual(row)) / size for row, size in zip(changed, steps, strict=True)]
+    return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
+
+
+def squares_at(problem: LeastSquares, theta: np.ndarray) -> float:
+    """Sum of squared residuals and of the priors' terms."""
+    distance, weight = problem.prior_terms(theta)
+    return float(np.sum(problem.residual(theta) ** 2) + weight @ distance**2)
+
+
+def solution_at(problem: LeastSquares, theta: np.ndarray) -> Solution:
+    """Sum of squares with derivatives at given parameters."""
+    residual, (distance, weight) = problem.residual(theta), problem.prior_terms(theta)
+    squares = float(np.sum(residual**2) + weight @ distance**2)
+    return Solution(theta, residual, problem.jacobian(theta), squares, weight)
+
+
+def correlations(residual: np.ndarray) -> np.ndarray:
+    """Auto- and cross-covariance of the residuals of all channels, with a Parzen taper.
+
+    `residual` has the shape (channel, samples), the result the shape (channel, channel, 2 L + 1), for lags -L
+    to L: the mean of first(t) second(t + lag).
+    """
+    samples = residual.shape[1]
+    L = max(1, int(MEMORY * samples))
+    lag = np.abs(np.arange(-L, L + 1)) / (L + 1)
+    taper = np.where(lag <= 0.5, 1 - 6 * lag**2 + 6 * lag**3, 2 * (1 - lag) ** 3)
+    e = residual - residual.mean(axis=1, keepdims=True)
+    full = [[fftconvolve(b, a[::-1]) for b in e] for a in e]
+    return np.array(full)[:, :, samples - 1 - L : samples + L] / samples * taper
+
+
+def residual_scatter(found: Solution) -> np.ndarray:
+    """Covariance of the slope due to correlated residuals, J' Gamma J, shape (parameter, parameter).
+
+    Gamma is the covariance of the residuals, from `correlations`.
+    """
+    J, gamma = found.jacobian, correlations(found.residual)
+    terms = [
+        J[a].T @ fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
+        for a in range(len(J))
+        for b in range(len(J))
+    ]
+    return np.sum(terms, axis=0)
+
+
+def white_variance(found: Solution) -> float:
+    """Variance of the residual's white part: correlated errors change little from sample to sample."""
+    return float(np.mean(np.diff(found.residual, axis=1) ** 2) / 2)
+
+
+def covariances(found: Solution, model_error: float = 0.0) -> np.ndarray:
+    """Two covariances of the parameters, shape (2, parameter, parameter).
+
+    With H the curvature and s^2 the variance of the residual's white part, they are s^2 H^-1 and, from the
+    covariance Gamma of the residual, H^-1 (J' Gamma J + s^2 W) H^-1, where W has the priors' weights. Both
+    include the model's own error, with the sum of squares `model_error`: it is not noise, so an interval
+    keeps every value whose added sum of squares stays below it.
+    """
+    inverse, white = inverse_curvature(found), white_variance(found)
+    of_noise = white * inverse @ found.curvature @ inverse
+    of_residual = inverse @ (residual_scatter(found) + white * np.diag(found.prior)) @ inverse
+    seen = np.sqrt(np.diag(found.curvature))
+    # The record does not determine a parameter that changes nothing: infinite variance.
+    unseen = np.diag(np.where(seen > SMALLEST**1.5 * seen.max(), 0.0, UNKNOWN))
+    return np.array([of_noise, of_residual]) + model_error / HALF_WIDTH**2 * inverse + unseen
+
+
+def larger(both: np.ndarray) -> np.ndarray:
+    """Larger of two covariances from `covariances`."""
+    return max(both, key=lambda covariance: float(np.trace(covariance)))
+
+
+def correlation(covariance: np.ndarray) -> np.ndarray:
+    """Correlation of the parameters from their covariance."""
+    scale = np.sqrt(np.diag(covariance))
+    return covariance / np.outer(scale, scale)
+
+
+def expected_shifts(covariance: np.ndarray) -> np.ndarray:
+    """Half-widths of the parameters' intervals from a covariance."""
+    return HALF_WIDTH * np.sqrt(np.diag(covariance))
+
+
+def remainder_shifts(found: Solution) -> np.ndarray:
+    """Half-widths by which coloured residuals may have moved the parameters."""
+    J, inverse = found.jacobian.reshape(-1, len(found.theta)), inverse_curvature(found)
+    added = inverse @ (residual_scatter(found) - white_variance(found) * J.T @ J) @ inverse
+    return HALF_WIDTH * np.sqrt(np.maximum(np.diag(added), 0.0))
+
+
+def bounded(covariance: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Covariance whose standard deviations are at most half the distance between the `bounds`.
+
+    The limit holds in every direction: without it, one flat direction would make every parameter with a small
+    part in it uncertain.
+    """
+    half = (bounds[1] - bounds[0]) / 2
+    size, axes = np.linalg.eigh(covariance / np.outer(half, half))
+    return (axes * np.clip(size, 0.0, 1.0)) @ axes.T * np.outer(half, half)
+
+
+def inverse_curvature(found: Solution) -> np.ndarray:
+    """Inverse of the curvature, shape (parameter, parameter), with eigenvalues limited for flat directions.
+
+    Eigenvalues, of parameters scaled to a curvature of 1 each, are at least `SMALLEST` times the largest.
+    """
+    H = found.curvature
+    scale = np.sqrt(np.diag(H))
+    scale = np.maximum(scale, SMALLEST**1.5 * scale.max())
+    size, axes = np.linalg.eigh(H / np.outer(scale, scale))
+    return (axes / np.maximum(size, SMALLEST * size.max())) @ axes.T / np.outer(scale, scale)
+
+
+def parameter_interval(
+    problem: LeastSquares, best: Solution, index: int, both: np.ndarray, logarithmic: bool = True
+) -> tuple[float, float]:
+    """Interval of parameter `index`, from its standard error if it is narrow, else from the profile.
+
+    The ends are on the scale of the search, infinite where open. A parameter correlated with a loosely known
+    one gets the union of both intervals: the sum of squares has a curved valley there. `both` is from
+    `covariances`. A parameter whose scale is not `logarithmic` needs no profile of its own.
+    """
+    bounds = problem.bounds()
+    low, high = bounds[:, index]
+    limited = max((bounded(c, bounds) for c in both), key=lambda c: c[index, index])
+    halves = expected_shifts(limited)
+    start, end = best.theta[index] - halves[index], best.theta[index] + halves[index]
+    wide = logarithmic and (halves[index] > WIDE or start <= low or end >= high)
+    spread = np.sqrt(np.maximum(np.diag(limited), np.finfo(float).tiny))
+    related = np.abs(limited[index]) / spread[index] / spread
+    if wide or np.any((halves > LOOSE) & (related > CORRELATED)):
+        ends = profile_interval(problem, best, index, float(both[:, index, index].max()))
+        start, end = ends if wide else (min(start, ends[0]), max(end, ends[1]))
+    return start if start > low else -np.inf, end if end < high else np.inf
+
+
+def profile_interval(
+    problem: LeastSquares, best: Solution, index: int, variance: float
+) -> tuple[float, float]:
+    """Interval of parameter `index` from the profile of the sum of squares, on the scale of the search.
+
+    A value is inside as long as the lowest sum of squares with this value exceeds the minimum by no more than
+    `HALF_WIDTH` squared, in units in which the curvature is the inverse of the parameter's `variance`. An end
+    is infinite if the interval reaches a bound of the search.
+    """
+    inverse = inverse_curvature(best)
+    allowed = HALF_WIDTH**2 * variance / inverse[index, index]
+    along = inverse[:, index] / inverse[index, index]
+    bounds, centre = problem.bounds(), best.theta[index]
+
+    def end(sign: float, limit: float) -> float:
+        """Distance of an end from the best value; infinite if the interval reaches the distance `limit`."""
+        tried = {0.0: best.theta}
+
+        def excess(distance: float) -> float:
+            """Root of the added sum of squares over that allowed, less 1: about linear in the distance."""
+            if distance == 0:
+                return -1.0
+            nearest = min(tried, key=lambda other: abs(other - distance))
+            start = np.clip(tried[nearest] + sign * (distance - nearest) * along, *bounds)
+            start[index] = centre + sign * distance
+            profile = solve(
+                problem, start, tolerance=CLOSE * allowed / best.squares, most=PROFILE_STEPS, fixed=index
+            )
+            tried[distance] = profile.theta
+            return float(np.sqrt(max(profile.squares - best.squares, 0.0) / allowed)) - 1
+
+        return profile_end(excess, min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE), limit)
+
+    return centre - end(-1.0, centre - bounds[0, index]), centre + end(1.0, bounds[1, index] - centre)
+
+
+def profile_end(excess: Callable[[float], float], first: float, limit: float) -> float:
+    """Distance at which `excess`, negative at 0, has grown to zero; infinite if that is beyond `limit`.
+
+    It is tried at the distance `first`, and then farther out.
+    """
+
+    @lru_cache
+    def once(distance: float) -> float:
+        found = excess(distance)
+        return found if abs(found) > CLOSE else 0.0
+
+    inside, outside = 0.0, min(first, limit)
+    while once(outside) < 0:
+        if outside >= limit:
+            return np.inf
+        inside, outside = outside, min(2 * outside, limit)
+    return float(brentq(once, inside, outside, xtol=CLOSE * min(outside, 1.0) / 2))  # type: ignore[arg-type]

@@ -1,0 +1,222 @@
+"""A model fitted to a record: its estimates, their intervals, and its error on the part held out."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.parameters import Accuracy
+from pneumo.fitting.configured_quantities import changes_of, configured_shifts, misfit, parameter_shifts
+from pneumo.fitting.engine import (
+    Solution,
+    correlation,
+    covariances,
+    expected_shifts,
+    inverse_curvature,
+    larger,
+    parameter_interval,
+    remainder_shifts,
+)
+from pneumo.fitting.fit_problem import (
+    FULL,
+    LIMITS,
+    Prior,
+    Problem,
+    fit,
+    replayed_pressures,
+    settled,
+    si_value,
+)
+from pneumo.fitting.fit_result import Estimate, rms_of_chambers
+from pneumo.fitting.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
+from pneumo.fitting.residuals import residuals
+from pneumo.fitting.sensor_offsets import SensorOffset, sensor_offsets
+from pneumo.fitting.settings import MOST_STEPS, PART
+from pneumo.fitting.stage_signals import StageSignals
+from pneumo.fitting.wall_laws import averaged_shift, likelihoods, wall_law_fits
+from pneumo.physics.models import Model, Wall
+
+NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
+ALONE_STEPS = 15  # of a search with one configured quantity free
+
+
+def estimate(
+    model: Model,
+    plant: Plant,
+    record: StageSignals,
+    *,
+    intervals: Iterable[str] = REPORTED,
+    part: float = PART,
+    reference: np.ndarray | None = None,
+    also: tuple[str, ...] = (),
+    prior: Mapping[str, Prior] = NO_PRIORS,
+    known: Accuracy | None = None,
+    start: np.ndarray | None = None,
+) -> Estimate:
+    """Estimate of a model, fitted to the first `part` of a record; the rest is replayed.
+
+    Parameters
+    ----------
+    intervals
+        Names of the parameters that get an interval.
+    reference : numpy.ndarray, optional
+        Best known pressures without noise, Pa, by (chamber, sample). Intervals then allow for the model's
+        own error, which is its difference from these.
+    also
+        Names of `ALSO` that are fitted too, without prior knowledge.
+    prior
+        Prior knowledge of the parameters of `CONFIGURED` that are fitted too.
+    known
+        Accuracy of what is configured and not fitted; intervals then allow for it.
+    start
+        Parameters at which the search begins, on its scale.
+    """
+    split = split_of(record, part)
+    problem = Problem(
+        model=model,
+        plant=plant,
+        signals=record.part(0, split),
+        fixed={},
+        also=also,
+        priors=prior,
+    )
+    best = fit(problem, start=start)
+    fitted = replayed_pressures(problem, best.theta[None])[0]
+    changes = np.zeros((0, *problem.signals.P.shape))
+    if known is not None:
+        changes = changes_of(problem, best.theta, known)
+    off = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
+    moved = configured_shifts(problem, best, changes, known)
+    both = covariances(best, off / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
+    of_noise, _ = both
+    by_law: dict[Wall, Solution] = {model.wall: best}
+    if model is FULL and intervals:
+        by_law = wall_law_fits(problem, best)
+    own, *others = by_law.values()
+    laws = np.array([found.theta - own.theta for found in (own, *others)])
+    weights = likelihoods([own, *others])
+    # What another law explains is no remainder: the intervals cover that law.
+    nearest = min((best, *others), key=lambda found: np.sum(found.residual**2))
+    values = problem.values(best.theta)
+    averaged_theta = np.clip(best.theta + averaged_shift(problem, laws, weights), *problem.bounds())
+    low: dict[str, float] = {}
+    high: dict[str, float] = {}
+    for i, name in enumerate(problem.names):
+        if name in intervals:
+            ends = parameter_interval(problem, best, i, both, PARAMETERS[name].search.logarithmic)
+            ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
+            ends = limited_ends(name, ends, problem.bounds()[0, i])
+            low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
+    # No model predicts the first pressures of the part held out: these alone are fitted.
+    fixed = {name: value for name, value in values.items() if name not in STARTS}
+    rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), fixed)
+    predicted = replayed_pressures(rest, first_pressures(rest)[None])[0]
+    rms, held_out = (
+        np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
+        for signals, P in ((problem.signals, fitted), (rest.signals, predicted))
+    )
+    pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
+    remainder, expected = (
+        dict(zip(problem.names, half.tolist(), strict=True))
+        for half in (remainder_shifts(nearest), expected_shifts(of_noise))
+    )
+    moved_by = parameter_shifts(problem, best, moved)
+    rows = zip(problem.names, correlation(larger(both)).tolist(), strict=True)
+    related = {name: dict(zip(problem.names, row, strict=True)) for name, row in rows}
+    return Estimate(
+        values=values,
+        low=low,
+        high=high,
+        rms=rms,
+        held_out=held_out,
+        pressure=pressure,
+        moved=moved_by,
+        remainder=remainder,
+        expected=expected,
+        correlation=related,
+        of_configuration=plant.conditions.P_s * misfit(changes, best.jacobian, inverse_curvature(best)),
+        at_bound=problem.at_bound(best.theta),
+        offsets=offsets_of(problem, best, changes) if model is FULL else {},
+        averaged=problem.values(averaged_theta) if model is FULL else {},
+        laws={law: float(weight) for law, weight in zip(by_law, weights, strict=True)},
+    )
+
+
+def limited_ends(name: str, ends: tuple[float, float], lowest: float) -> tuple[float, float]:
+    """Ends of an interval; the lower end of a dead volume is at least the lower bound of the search.
+
+    A dead volume is never negative, so its interval has a lower end wherever it has an upper one.
+    """
+    low, high = ends
+    if PARAMETERS[name].group == "dead volume" and np.isfinite(high):
+        return max(low, lowest), high
+    return ends
+
+
+def offsets_of(problem: Problem, best: Solution, changes: np.ndarray) -> dict[str, SensorOffset]:
+    """First-order offsets of the pressure sensors, by the name of their cause; fitted ones are left out."""
+    names = [f"offset_{side}" for side in "AB"]
+    found = sensor_offsets(best, changes, problem.plant.conditions.P_s)
+    return {name: offset for name, offset in zip(names, found, strict=True) if name not in problem.also}
+
+
+def first_pressures(problem: Problem) -> np.ndarray:
+    """Fitted first pressures and temperatures of a problem without other parameters, on the search's scale.
+
+    Each record is fitted alone, a long one over its first `MOST_STEPS` steps of the replay.
+    """
+    signals, found = problem.signals, dict[str, float]()
+    for i, (first, last) in enumerate(signals.pieces):
+        last = min(last, first + MOST_STEPS // signals.stride)
+        alone = problem._replace(signals=signals.part(first, last))
+        values = alone.values(fit(alone).theta)
+        found |= {start_name(name, i): values[name] for name in alone.names}
+    return problem.inner(found)
+
+
+def best_start(problem: Problem) -> Solution:
+    """Plain least-squares fit of the full order: the best of searches from several starts.
+
+    If the fit from the configured values leaves large residuals, the search is repeated for each configured
+    quantity, from values found with this quantity free: with a supply wrong by 1 bar, the search from the
+    configured values ends in another minimum.
+    """
+    first = fit(problem)
+    if not any(residual.far_from_noise for residual in residuals(problem, first.theta)):
+        return settled(problem, first)
+    tried = [first]
+    for name in problem.priors:
+        alone = problem._replace(priors=NO_PRIORS, also=(*problem.also, name))
+        trial = alone.values(fit(alone, tolerance=1e-3, most=ALONE_STEPS).theta)
+        guess = problem.values(problem.guess())
+        tried.append(fit(problem, start=problem.inner(guess | trial)))
+    return settled(problem, min(tried, key=lambda found: found.squares))
+
+
+def split_of(record: StageSignals, part: float = PART) -> int:
+    """Index of the last sample that is fitted: of long records, no more than `MOST_STEPS` of the replay."""
+    return min(round(part * (record.P.shape[1] - 1)), MOST_STEPS // record.stride)
+
+
+def at_temperature(plant: Plant, T: float) -> Plant:
+    """Plant in surroundings at a measured temperature, K; unchanged where that is NaN."""
+    if not np.isfinite(T):
+        return plant
+    return plant._replace(conditions=plant.conditions._replace(T_amb=T, T_in=T, T_0=T))
+
+
+def ranked(estimates: dict[str, Estimate]) -> dict[str, Estimate]:
+    """Estimates by model, in order of their errors on the part held out."""
+    return dict(sorted(estimates.items(), key=lambda item: rms_of_chambers(item[1].held_out)))
+
+
+def error_line(name: str, estimate: Estimate) -> str:
+    """Line for the terminal when a model has been fitted."""
+    return f"{name}: rms {rms_of_chambers(estimate.held_out) / 1e3:.3g} kPa on the part held out"
+
+
+def alike_notes(alike: Sequence[str]) -> list[str]:
+    """Note on models that a record does not distinguish, if there are several."""
+    text = f"this record does not distinguish {'; '.join(alike)}: their errors on the part held out are alike"
+    return [text] if len(alike) > 1 else []

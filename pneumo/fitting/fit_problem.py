@@ -1,0 +1,404 @@
+"""Replayed pressures of a model as a function of the parameters that are fitted.
+
+A replay starts from first pressures, which are fitted too, and then reads only position and command (or mass
+flows): measured minus replayed pressure is the model's error and the noise (output error). Each chamber has
+a dead volume, since hoses differ.
+"""
+
+from collections.abc import Mapping
+from operator import attrgetter
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import lfilter
+
+from pneumo.catalogue import default_conductance
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.parameters import Accuracy
+from pneumo.errors import InputError
+from pneumo.fitting.engine import Solution, solve
+from pneumo.fitting.fitted_parameters import (
+    ALSO,
+    CONFIGURED,
+    FULL_ORDER,
+    PARAMETERS,
+    STARTS,
+    STARTS_OF_ONE,
+    VALVE,
+    start_name,
+)
+from pneumo.fitting.stage_signals import StageSignals
+from pneumo.fitting.valve_signal import behind_valve
+from pneumo.physics.cylinder import chamber_of, heat_area, sign_of
+from pneumo.physics.models import Lane, Model, lane, lane_array
+from pneumo.physics.valve import choked_flow
+from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
+
+SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
+OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
+ON_BOUND = 0.01  # of the distance between the bounds
+SUPPLY_LINE = 0.05  # s, time constant of the volume behind a supply that sags
+LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
+# Parameters that all sets of one replay have in common.
+SHARED = tuple(name for name in (*VALVE, *ALSO) if name not in ("T_in", "exhaust"))
+LEAKS = {"piston_leak", "valve_leak"}
+# The full-order chambers, as a row of the table of models; their temperature is a state.
+FULL = Model(
+    name=FULL_ORDER,
+    n_V="gamma",
+    n_in="gamma",
+    n_out="gamma",
+    temperature="constant",
+    mixing=True,
+    wall="lambda A_q",
+)
+
+
+def search_value(name: str, value: float) -> float:
+    """Value of a parameter on the scale of its search, from that in SI units."""
+    return float(np.log(value)) if PARAMETERS[name].search.logarithmic else float(value)
+
+
+def si_value(name: str, value: float) -> float:
+    """Value of a parameter in SI units, from that on the scale of its search."""
+    return float(np.exp(value)) if PARAMETERS[name].search.logarithmic else float(value)
+
+
+class Prior(NamedTuple):
+    """Prior knowledge of a parameter, on the scale of its search."""
+
+    centre: float
+    deviation: float  # standard deviation
+    weight: float  # of the squared distance from it, where a residual of P_s counts 1
+
+
+def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -> dict[str, Prior]:
+    """Priors by name, for the `CONFIGURED` parameters that the full order fits.
+
+    They include b only for a valve by ISO 6358, and the supply pressure only where it was not measured. The
+    weight of a prior is (noise / (P_s deviation))^2, with the `noise` of the pressure sensors, Pa.
+    """
+    result: dict[str, Prior] = {}
+    for name in CONFIGURED:
+        if (name == "b" and not plant.gas.elliptic) or (name == "P_s" and signals.P_s is not None):
+            continue
+        configured = attrgetter(str(PARAMETERS[name].search.start))(plant)
+        deviation = getattr(known, name) / LIMITS
+        weight = (noise / plant.conditions.P_s / deviation) ** 2
+        result[name] = Prior(search_value(name, configured), deviation, weight)
+    return result
+
+
+class Problem(NamedTuple):
+    """A model to be fitted to a measurement."""
+
+    model: Model
+    plant: Plant  # as configured; fitted parameters replace its k_0, k_xu and V_d
+    signals: StageSignals
+    fixed: dict[str, float]  # parameters that are not fitted, in SI units
+    also: tuple[str, ...] = ()  # of `ALSO`, fitted without prior knowledge; of the full order only
+    priors: Mapping[str, Prior] = MappingProxyType({})  # of `CONFIGURED` parameters that are fitted too
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the fitted parameters."""
+        full = self.model.name == FULL_ORDER
+        fitted = {"index": self.model.has_n, "wall": self.model.wall != "none", "valve": full}
+        fitted |= {
+            "flow": self.signals.flow is None,
+            "first temperature": full,
+            "configured": False,
+            "cause": False,
+        }
+        added = {*self.also, *self.priors}
+        starts = {start_name(name, i) for name in STARTS_OF_ONE for i in range(len(self.signals.begins))}
+        without = {*self.fixed, *STARTS} - starts
+        return tuple(
+            name
+            for name, parameter in PARAMETERS.items()
+            if (fitted.get(parameter.group, True) or name in added) and name not in without
+        )
+
+    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances of the parameters from their priors' centres, and the weights of the squared distances.
+
+        Both have the shape (parameter,); the weight is zero for a parameter without a prior or named in
+        `also`.
+        """
+        none = Prior(0.0, np.inf, 0.0)
+        held = [self.priors.get(name, none) if name not in self.also else none for name in self.names]
+        centre, _, weight = np.array(held).T
+        return theta - centre, weight
+
+    def bounds(self) -> np.ndarray:
+        """Lower and upper bounds on the scale of the search, shape (2, parameter)."""
+        result: list[list[float]] = []
+        for name in self.names:
+            search = PARAMETERS[name].search
+            scale = attrgetter(search.times)(self.plant) if "." in search.times else 1.0
+            if search.times == "A_q0":
+                scale = heat_area(0.0, self.plant.cylinder)
+            result.append([search_value(name, end * scale) for end in (search.low, search.high)])
+        return np.array(result).T
+
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Measured minus replayed pressures in units of P_s, shape (chamber, sample)."""
+        P = replayed_pressures(self, theta[None])[0]
+        residual = (self.signals.P - P) / self.plant.conditions.P_s
+        return np.where(np.isfinite(residual), residual, OFF)
+
+    def jacobian(self, theta: np.ndarray) -> np.ndarray:
+        """Derivative of the replayed pressures in units of P_s, shape (chamber, sample, parameter).
+
+        It is by one-sided differences, away from the nearer bound, and zero where there is no replay.
+        """
+        low, high = self.bounds()
+        steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
+        # One replay varies the same parameter of both chambers.
+        groups: dict[str, list[int]] = {}
+        for i, name in enumerate(self.names):
+            groups.setdefault(name.removesuffix("_A").removesuffix("_B"), []).append(i)
+        thetas = np.tile(theta, (len(groups) + 1, 1))
+        for row, members in zip(thetas[1:], groups.values(), strict=True):
+            row[members] += steps[members]
+        here, *others = replayed_pressures(self, thetas) / self.plant.conditions.P_s
+        result = np.zeros((*here.shape, len(theta)))
+        for other, members in zip(others, groups.values(), strict=True):
+            for i in members:
+                side = {"A": slice(0, 1), "B": slice(1, 2)}.get(self.names[i][-1], slice(0, 2))
+                result[side, :, i] = (other[side] - here[side]) / steps[i]
+        return np.nan_to_num(result, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+
+    def at_bound(self, theta: np.ndarray) -> tuple[str, ...]:
+        """Names of the parameters on a bound of the search; a lag, dead band or leak of zero is normal."""
+        low, high = self.bounds()
+        margin = ON_BOUND * (high - low)
+        from_zero = np.array([PARAMETERS[name].search.low == 0 for name in self.names])
+        reached = (theta >= high - margin) | ((theta <= low + margin) & ~from_zero)
+        return tuple(np.array(self.names)[reached].tolist())
+
+    def guess(self) -> np.ndarray:
+        """Start of the search: the configured values and the first measured pressures."""
+        samples = max(1, round(2e-3 / self.signals.period))
+        values = {"k_0": default_conductance(self.plant.cylinder).k_0}
+        for i, (first, _) in enumerate(self.signals.pieces):
+            P = self.signals.P[:, first : first + samples].mean(axis=1)
+            values |= {start_name(f"start_{c}", i): P[side] for side, c in enumerate("AB")}
+        for name in (name for name in self.names if name not in values):
+            start = PARAMETERS[name].search.start
+            values[name] = attrgetter(start)(self.plant) if isinstance(start, str) else start
+        low, high = self.bounds()
+        return np.clip(self.inner(values), low + SLOPE_STEP, high - SLOPE_STEP)
+
+    def inner(self, values: dict[str, float]) -> np.ndarray:
+        """Fitted parameters on the scale of the search, from their values in SI units."""
+        return np.array([search_value(name, values[name]) for name in self.names])
+
+    def values(self, theta: np.ndarray) -> dict[str, float]:
+        """Parameters in SI units, fixed ones too, from `theta` on the scale of the search."""
+        return self.fixed | {name: si_value(name, x) for name, x in zip(self.names, theta, strict=True)}
+
+
+def replayed_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
+    """Pressures of a model with several sets of parameters, Pa, shape (set, chamber, samples).
+
+    They are NaN after a pressure was not positive. `thetas`, shape (set, parameter), is on the scale of the
+    search. One replay takes all sets that differ only in n, k_xu, k_0, dead volumes, T_in, exhaust, first
+    pressures or first temperatures; sets that differ in `SHARED` parameters need another replay.
+    """
+    signals, values = problem.signals, [problem.values(theta) for theta in thetas]
+    parts: list[np.ndarray] = []
+    for i, (first, last) in enumerate(signals.pieces):
+        own = [value | {n: value.get(start_name(n, i), np.nan) for n in STARTS_OF_ONE} for value in values]
+        piece = problem._replace(signals=signals.part(first, last))
+        parts.append(_pressures_of_record(piece, own))
+    return np.concatenate(parts, axis=-1)
+
+
+def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np.ndarray:
+    """Pressures of one record, as from `replayed_pressures`, for sets of parameters in SI units."""
+    signals, motion = problem.signals, problem.signals.motion
+    lanes = lane_array([_lane(problem, value) for value in values])
+    V_d, start = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("V_d", "start"))
+    steps = signals.h, signals.stride
+    if signals.flow is not None:
+        inputs = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), *steps, start
+        return pressures_on_flows(motion, *inputs)
+    if problem.model.name != FULL_ORDER:
+        plant = problem.plant._replace(k_0=1.0)
+        return pressures_of_sets(signals.u, motion[None], lanes, V_d, plant, *steps, start, P_s=signals.P_s)[
+            0
+        ]
+    start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
+    c, ratio = problem.plant.conditions, problem.plant.valve.exhaust
+    T_in = np.array([value.get("T_in", c.T_in) for value in values])
+    exhaust = np.array([value.get("exhaust", ratio) for value in values])
+    result = np.empty((len(values), *signals.P.shape))
+    alike: dict[tuple[float, ...], list[int]] = {}
+    for i, value in enumerate(values):
+        alike.setdefault(tuple(value.get(name, np.nan) for name in SHARED), []).append(i)
+    for rows in alike.values():
+        value = values[rows[0]]
+        plant = with_causes(problem.plant, value)._replace(k_0=1.0)
+        u = behind_valve(signals.u, signals.h, value)
+        P_s = sagging_supply(signals, u, plant, value["sag"]) if "sag" in value else signals.P_s
+        sets = *steps, start[rows], start_T[rows], P_s, T_in[rows], exhaust[rows]
+        of_A = of_B = motion, plant
+        if "C_B" in value:
+            of_B = motion, plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
+        if LEAKS & value.keys():
+            leaked = leaked_volume(signals, plant, value)
+            of_A, of_B = with_leak(*of_A, leaked, 0), with_leak(*of_B, leaked, 1)
+        result[rows] = pressures_of_sets(u, of_A[0][None], lanes[rows], V_d[rows], of_A[1], *sets)[0]
+        if of_B is not of_A:
+            other = pressures_of_sets(u, of_B[0][None], lanes[rows], V_d[rows], of_B[1], *sets)[0]
+            result[rows, 1] = other[:, 1]
+        result[rows] = as_logged(result[rows], signals.period, value)
+    return result + np.array([offsets(value) for value in values])
+
+
+def opened(signals: StageSignals, values: dict[str, float]) -> StageSignals:
+    """Signals for a reduced model: command behind the fitted valve, pressures less the fitted offsets."""
+    u = np.empty_like(signals.u)
+    for first, last in signals.pieces:
+        steps = slice(first * signals.stride, (last + 1) * signals.stride)
+        u[steps] = behind_valve(signals.u[steps], signals.h, values)
+    return signals._replace(u=u, P=signals.P - offsets(values))
+
+
+def sagging_supply(signals: StageSignals, u: np.ndarray, plant: Plant, sag: float) -> np.ndarray:
+    """Supply pressure that falls by a fraction `sag` at the largest flow, Pa, by (step, stage).
+
+    The flow is that through the opening `u`, V, at the measured pressures, smoothed over `SUPPLY_LINE`.
+    """
+    steps = np.arange(len(u)) / signals.stride
+    A, B = (np.interp(steps, np.arange(signals.P.shape[1]), side) for side in signals.P)
+    ratio = np.where(u[:, 0] > 0, A, B) / plant.conditions.P_s
+    above = np.clip((ratio - plant.gas.critical_ratio) / (1 - plant.gas.critical_ratio), 0.0, 1.0)
+    flow = np.abs(u[:, 0]) / plant.valve.u_max * np.sqrt(1 - above**2)
+    decay = np.exp(-signals.h / SUPPLY_LINE)
+    smooth = np.asarray(lfilter([1 - decay], [1.0, -decay], flow))
+    return np.broadcast_to((plant.conditions.P_s * (1 - sag * smooth))[:, None], u.shape)
+
+
+def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) -> np.ndarray:
+    """Volume flow that leaks out of each chamber, m^3/s at the chamber's pressure, by (step, chamber).
+
+    Gas leaks past the piston and through both paths of the valve; the area of each leak is a fraction of the
+    configured valve's. Flows are computed at the measured pressures and T_amb.
+    """
+    c, gas = plant.conditions, plant.gas
+    steps = np.arange(len(signals.u)) / signals.stride
+    chambers = [np.interp(steps, np.arange(signals.P.shape[1]), side) for side in signals.P]
+    supply = np.full(len(steps), c.P_s) if signals.P_s is None else signals.P_s[:, 0]
+    sonic = choked_flow(plant.valve.k_xu * plant.valve.u_max, 1.0, c.T_amb, gas)  # over the pressure upstream
+
+    def mass_flow(P_1: np.ndarray, P_2: np.ndarray) -> np.ndarray:
+        """Mass flow from 1 to 2, kg/s."""
+        upstream = np.maximum(P_1, P_2)
+        ratio = np.minimum(P_1, P_2) / upstream
+        above = np.clip((ratio - gas.critical_ratio) / (1 - gas.critical_ratio), 0.0, 1.0)
+        return np.sign(P_1 - P_2) * sonic * upstream * np.sqrt(1 - above**2)
+
+    piston, valve = (value.get(name, 0.0) for name in ("piston_leak", "valve_leak"))
+    past = piston * mass_flow(*chambers)
+    outside = np.full(len(steps), c.P_atm)
+    flows = [
+        sign * past + valve * (mass_flow(P, outside) - mass_flow(supply, P))
+        for sign, P in zip((1.0, -1.0), chambers, strict=True)
+    ]
+    return np.stack([m * gas.R * c.T_amb / P for m, P in zip(flows, chambers, strict=True)], axis=-1)
+
+
+def with_leak(motion: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) -> tuple[np.ndarray, Plant]:
+    """Motion with a changed velocity that has the effect of a leak out of one chamber, and the plant.
+
+    Air that leaks out lets the rest expand, as behind a moving piston: the rates of pressure and temperature
+    are the same. `leaked`, m^3/s, is from `leaked_volume`. Position and plant are not changed.
+    """
+    chamber, moved = chamber_of(plant.cylinder, side), motion.copy()
+    moved[..., 1] += sign_of(side) * (leaked[:, side] / chamber.area)[:, None]
+    return moved, plant
+
+
+def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarray:
+    """Replayed pressures as a logger records them, Pa, with samples along the last axis.
+
+    They are earlier by `skew` and behind a filter with the time constant `filter`, both in s, where `value`
+    has them.
+    """
+    if skew := value.get("skew", 0.0):
+        last = P.shape[-1] - 1
+        at = np.clip(np.arange(last + 1) + skew / period, 0, last)
+        before = np.minimum(at.astype(int), last - 1)
+        P = P[..., before] + (at - before) * (P[..., before + 1] - P[..., before])
+    if lag := value.get("filter", 0.0):
+        decay = np.exp(-period / lag)
+        # Exact for pressures that are linear between samples.
+        late = lag / period * (1 - decay)
+        P, _ = lfilter([1 - late, late - decay], [1.0, -decay], P, zi=P[..., :1] * late)
+    return P
+
+
+def offsets(value: dict[str, float]) -> np.ndarray:
+    """Fitted offsets of the pressure sensors, Pa, shape (chamber, 1); zero where none is fitted."""
+    return np.array([[value.get(f"offset_{side}", 0.0)] for side in "AB"])
+
+
+def _lane(problem: Problem, value: dict[str, float]) -> Lane:
+    """Lane of the model with n, k_xu as a multiple of the plant's, and k_0 as a multiple of 1 W/K."""
+    row, k_xu = lane(problem.model, value.get("n", 1.0), problem.plant.gas.gamma), problem.plant.valve.k_xu
+    return row._replace(
+        flow_scale=value.get("k_xu", k_xu) / k_xu,  # 1 where flows were measured
+        wall_scale=row.wall_scale * value.get("k_0", 0.0),
+    )
+
+
+def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
+    """Plant with the parameters of `ALSO` that were fitted in place of the configured values."""
+    for name in ALSO:
+        field = PARAMETERS[name].search.start
+        if isinstance(field, str) and name in values:
+            part, number = field.split(".")
+            changed = getattr(plant, part)._replace(**{number: values[name]})
+            plant = plant._replace(**{part: changed})
+    return plant
+
+
+def fit(
+    problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.ndarray | None = None
+) -> Solution:
+    """Fit a model by least squares, from `start` on the scale of the search, or from `Problem.guess`.
+
+    `InputError` if no flows were measured and the valve leaks or is partly laminar, which the replay of a fit
+    does not model.
+    """
+    valve = problem.plant.valve
+    if problem.signals.flow is None and not valve.paths.one_at_a_time:
+        raise InputError(
+            "valve: in a fit a chamber has one path open at a time, and all paths one b: leave out exhaust_b"
+            " and commands at which a curve opens both"
+        )
+    if problem.signals.flow is None and (valve.leak or valve.laminar):
+        raise InputError(
+            f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"
+            " leave leak_dm3_per_sbar out, or measure the flows m_A and m_B"
+        )
+    start = problem.guess() if start is None else start
+    return solve(problem, start, tolerance=tolerance, most=most)
+
+
+def settled(problem: Problem, found: Solution) -> Solution:
+    """Minimum near a solution, where the search may have stopped early at a kink.
+
+    The sum of squares has a kink wherever the dead time is a multiple of the step, as zero is. The search
+    goes on with the dead time held there, and then with all parameters.
+    """
+    if "dead_time" not in problem.names:
+        return found
+    i, h = problem.names.index("dead_time"), problem.signals.h
+    start = found.theta.copy()
+    start[i] = np.clip(round(start[i] / h) * h, *problem.bounds()[:, i])
+    held = solve(problem, start, fixed=i)
+    return min(found, solve(problem, held.theta), key=lambda solution: solution.squares)

@@ -1,0 +1,381 @@
+"""Result of a fit: estimates of several models, notes and warnings, and their file."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from textwrap import shorten
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple, Self
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, STARTS, Quantity
+from pneumo.fitting.record.measurement import Measurement
+from pneumo.fitting.settings import AS_GOOD, OF_STATED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
+from pneumo.hashing import code_hash
+from pneumo.physics.models import Wall
+from pneumo.statistics.intervals import Interval
+from pneumo.storage.files import attributes, write
+
+Light = Literal["green", "yellow", "red"]  # of a parameter: determined, to be checked, not determined
+ADDS_LITTLE = "the record adds little to the stated accuracy"
+FIRST_WORDS = 48  # characters by which a table names a warning
+
+
+class FitWarning(str):
+    """Text of a warning, with the parameters that it concerns; without any, it concerns all of the rig."""
+
+    __slots__ = ("parameters",)
+    parameters: tuple[str, ...]
+
+    def __new__(cls, text: str, *parameters: str) -> Self:
+        """Make a sentence that concerns `parameters`."""
+        warning = super().__new__(cls, text)
+        warning.parameters = parameters
+        return warning
+
+
+class Estimate(NamedTuple):
+    """One model, fitted; arrays of two are of chambers A and B."""
+
+    # SI units, as the model is replayed; fixed ones too.
+    values: dict[str, float]
+    low: dict[str, float]  # ends of their 95 per cent intervals; NaN where open
+    high: dict[str, float]
+    rms: np.ndarray  # Pa, root mean square of measured minus replayed pressure on the part fitted
+    held_out: np.ndarray  # Pa, the same on the part held out
+    pressure: np.ndarray  # Pa, replayed, by (chamber, sample): each part from its own start
+    # By parameter: shifts, SI units, by each configured quantity of `SHIFTING`, off by its accuracy.
+    moved: Mapping[str, np.ndarray] = MappingProxyType({})
+    # By parameter, on the scale of its search: half-width by which unexplained residuals may have moved it.
+    remainder: Mapping[str, float] = MappingProxyType({})
+    # By parameter, on that scale: half of the interval from noise and configuration alone.
+    expected: Mapping[str, float] = MappingProxyType({})
+    correlation: Mapping[str, Mapping[str, float]] = MappingProxyType({})  # of two parameters
+    of_configuration: float = (
+        0.0  # Pa, standard deviation of the residual by what is configured, within its accuracy
+    )
+    at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
+    offsets: Mapping[str, Any] = MappingProxyType({})  # `SensorOffset`, by the cause's name
+    averaged: Mapping[str, float] = MappingProxyType({})  # where laws of the wall are averaged: their means
+    laws: Mapping[Wall, float] = MappingProxyType({})  # weights of these laws
+
+    @property
+    def estimates(self) -> dict[str, float]:
+        """Estimates in SI units: means over the wall's laws if these were averaged, else `values`."""
+        return {**self.values, **self.averaged}
+
+
+def rms_of_chambers(errors: np.ndarray) -> float:
+    """Root mean square of the RMS errors of both chambers; a NaN one is left out."""
+    return float(np.sqrt(np.nanmean(errors**2)))
+
+
+def equally_good(estimates: Mapping[str, Estimate]) -> list[str]:
+    """Models whose error on the part held out is at most `AS_GOOD` times the lowest."""
+    errors = {name: rms_of_chambers(estimate.held_out) for name, estimate in estimates.items()}
+    return [name for name in errors if errors[name] <= AS_GOOD * min(errors.values())]
+
+
+def first_words(text: str) -> str:
+    """Beginning of a sentence, cut at a word."""
+    return shorten(text, FIRST_WORDS, placeholder=" ...")
+
+
+class Reference(NamedTuple):
+    """Widths with which a parameter's interval is compared, on the scale of its search."""
+
+    searched: float = np.inf  # between the bounds of the search
+    stated: float = np.inf  # of the interval that the configuration states, if it is fitted within that
+
+
+NO_REFERENCE = Reference()
+MADE_BY = {  # title of a file, and the modules that made it
+    "cylinder": ("Reduced models fitted to a measurement", "pneumo.fitting.measurement_fit"),
+    "closed": ("Thermal laws fitted to closed chambers", "pneumo.fitting.closed.closed_fit"),
+    "rig": ("Models fitted to a rig", "pneumo.fitting.rig.rig_fit"),
+}
+
+
+def _width(name: str, interval: Interval) -> float:
+    """Width of an interval on the scale of the search; infinite if an end is open.
+
+    A search that begins at zero needs no lower end.
+    """
+    search, (_, low, high) = PARAMETERS[name].search, interval
+    low = 0.0 if search.low == 0 and np.isnan(low) else low
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return np.inf
+    return float(np.log(high / low)) if search.logarithmic else high - low
+
+
+def adds_little(name: str, interval: Interval, reference: Reference) -> bool:
+    """Whether the record says hardly more of a parameter than the accuracy that the configuration states."""
+    return bool(OF_STATED * reference.stated < _width(name, interval) < np.inf)
+
+
+def light(name: str, interval: Interval, doubted: bool, reference: Reference = NO_REFERENCE) -> Light:
+    """Light of a parameter by the width of its interval; "green" only if the parameter is not `doubted`.
+
+    An interval with an open end is "red". A parameter that is fitted within a stated accuracy is known that
+    well in any case: it is "yellow" where the record adds little, or where the interval would be red else.
+    """
+    width = _width(name, interval)
+    if not np.isfinite(width):
+        return "red"
+    limits = VAGUE_PART * reference.searched, ROUGH_PART * reference.searched
+    vague, rough = np.log([VAGUE, ROUGH]) if PARAMETERS[name].search.logarithmic else limits
+    if np.isfinite(reference.stated):
+        return "yellow" if doubted or width > min(OF_STATED * reference.stated, vague) else "green"
+    return "red" if width > vague else "yellow" if doubted or width > rough else "green"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitResult:
+    """Models fitted to a measurement: of a cylinder behind a servo-valve, of closed chambers, or of a rig."""
+
+    data: xr.Dataset  # from `fit_data`, the model with the lowest error on the part held out first
+    notes: tuple[str, ...]  # remarks on the record, a sentence each
+    warnings: tuple[str, ...]  # reasons not to believe the fit, a sentence each
+    held_out_from: float  # s, time of the last sample that was fitted
+    of_rig: tuple[str, ...] = ()  # those warnings that concern the rig, and not a reduced model alone
+    C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
+    references: Mapping[str, Reference] = field(default_factory=dict)  # of the full order's parameters
+    quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
+    of: Literal["cylinder", "closed", "rig"] = "cylinder"
+
+    @property
+    def models(self) -> list[str]:
+        """Names of the models, or of the thermal laws, best first."""
+        return [str(name) for name in self.data["model"].values]
+
+    @property
+    def best_model(self) -> str:
+        """Name of the best reduced model without a parameter on its bound: the one to replay or export.
+
+        If every reduced model has a parameter on its bound, the best of them.
+        """
+        reduced = [name for name in self.models if name != FULL_ORDER]
+        inside = [name for name in reduced if not self.on_bound(name)]
+        return (inside or reduced)[0]
+
+    def on_bound(self, model: str) -> bool:
+        """Whether a parameter of a model is on a bound of the search."""
+        return "at_bound" in self.data and bool(self.data["at_bound"].sel(model=model).any())
+
+    @property
+    def model_of_rig(self) -> str:
+        """Name of the model whose parameters a configuration gets.
+
+        The full order if it has intervals, else `best_model`: parameters of a reduced model also compensate
+        for what that model lacks.
+        """
+        if FULL_ORDER not in self.models:
+            return self.best_model
+        ends = self.data[["low", "high"]].sel(model=FULL_ORDER).to_array()
+        return FULL_ORDER if np.isfinite(ends).any() else self.best_model
+
+    def estimates(self, model: str) -> dict[str, Interval]:
+        """Estimates of a model with their intervals, by parameter, in SI units."""
+        row = self.data.sel(model=model)
+        columns = (row[name].values.tolist() for name in ("estimate", "low", "high"))
+        intervals = dict(zip(self.data["parameter"].values.tolist(), map(Interval, *columns), strict=True))
+        return {name: interval for name, interval in intervals.items() if np.isfinite(interval.value)}
+
+    def replayed(self, model: str) -> dict[str, Interval]:
+        """Values with which a model is replayed, with intervals, by parameter, in SI units.
+
+        The ends are those of `estimates`. The values differ from `estimates` for the full order, which is
+        replayed with one law of the wall.
+        """
+        values = self.data["replayed"].sel(model=model)
+        return {
+            name: interval._replace(value=float(values.sel(parameter=name)))
+            for name, interval in self.estimates(model).items()
+        }
+
+    @property
+    def lights(self) -> dict[str, Light]:
+        """Lights of the full order's parameters, by name; empty if the full order was not fitted.
+
+        Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
+        configuration states, or a warning of the rig concerns the parameter.
+        """
+        return {
+            name: light(name, interval, bool(self._doubts(name)), self.reference(name))
+            for name, interval in self._rig().items()
+        }
+
+    def reference(self, name: str) -> Reference:
+        """Widths with which the interval of a parameter of the full order is compared."""
+        return self.references.get(name, NO_REFERENCE)
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
+        reasons: dict[str, str] = {}
+        for name, interval in self._rig().items():
+            alone = light(name, interval, doubted=False, reference=self.reference(name))
+            if alone == "red":
+                reasons[name] = "open or too wide an interval"
+            elif doubts := self._doubts(name):
+                reasons[name] = first_words(doubts[0])
+            elif alone == "yellow":
+                little = adds_little(name, interval, self.reference(name))
+                reasons[name] = ADDS_LITTLE if little else "wide interval"
+        return reasons
+
+    def _rig(self) -> dict[str, Interval]:
+        """Estimates of the full order but first pressures and temperatures; empty if it was not fitted."""
+        found = self.estimates(FULL_ORDER) if FULL_ORDER in self.models else {}
+        return {name: interval for name, interval in found.items() if name not in STARTS}
+
+    def _doubts(self, name: str) -> list[str]:
+        """Warnings of the rig that concern a parameter."""
+        concerned = ((text, getattr(text, "parameters", ())) for text in self.of_rig)
+        return [text for text, parameters in concerned if not parameters or name in parameters]
+
+    def correlation(self, model: str) -> pd.DataFrame:
+        """Correlation of a model's parameters, by their names."""
+        table = self.data["correlation"].sel(model=model).values
+        fitted = np.isfinite(table).any(axis=0)
+        names = self.data["parameter"].values[fitted]
+        return pd.DataFrame(table[np.ix_(fitted, fitted)], index=names, columns=names)
+
+    def summary(self) -> dict[str, Any]:
+        """Estimates, errors, notes and warnings as plain numbers and texts, SI units; None where open."""
+
+        def plain(value: float) -> float | None:
+            return float(value) if np.isfinite(value) else None
+
+        models = {
+            model: {
+                **{
+                    name: self.data[name].sel(model=model).values.tolist()
+                    for name in ("rms_fitted", "rms_held_out")
+                },
+                "parameters": {
+                    name: {key: plain(end) for key, end in interval._asdict().items()}
+                    | {"unit": self.quantities[name].unit}
+                    for name, interval in self.estimates(model).items()
+                },
+            }
+            for model in self.models
+        }
+        texts = {"notes": list(self.notes), "warnings": list(self.warnings)}
+        lights = {"lights": self.lights} if self.lights else {}
+        return {"held_out_from": self.held_out_from, "models": models} | lights | texts
+
+    def attributes(self) -> dict[str, Any]:
+        """Global attributes of the file."""
+        texts = {"notes": "\n".join(self.notes), "warnings": "\n".join(self.warnings)}
+        return {"held_out_from": self.held_out_from} | texts
+
+    def save(self, config_sha256: str, path: Path) -> None:
+        """Write the result as NetCDF; its attributes `notes` and `warnings` have a line for each text."""
+        summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
+        title, *modules = MADE_BY[self.of]
+        common = attributes(title, summary, config_sha256, code_hash(*modules))
+        C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
+        write(self.data, path, self.attributes() | C | common)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClosedChambersResult(FitResult):
+    """Thermal laws fitted to closed chambers; there is no reduced model."""
+
+    chambers: str  # whose pressures were fitted: "A", "B" or "A, B"
+    T_wall: float  # K, temperature of the wall
+    P_0: float  # Pa, pressure at which k_0 is stated
+
+    of: Literal["cylinder", "closed", "rig"] = "closed"
+
+    @property
+    def model_of_rig(self) -> str:
+        """Name of the best law that gives a k_0; of the best law if none does."""
+        return next((law for law in self.models if "k_0" in self.estimates(law)), self.best_model)
+
+    def attributes(self) -> dict[str, Any]:
+        """Global attributes of the file."""
+        closed = {"closed_chambers": self.chambers, "T_wall_K": self.T_wall, "P_0_Pa": self.P_0}
+        return super().attributes() | closed
+
+
+def fit_data(
+    measurement: Measurement, estimates: Mapping[str, Estimate], parameters: Sequence[str]
+) -> xr.Dataset:
+    """Dataset of several fitted models, from `estimates_data`, and of the measured signals."""
+    t = ("chamber", "t")
+    flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
+    u, m = {"u": ("t", measurement.u)}, {"m": (t, measurement.m, flow)}
+    data = estimates_data(estimates, {name: QUANTITIES[name].unit for name in parameters})
+    return data.assign_coords(t=measurement.t).assign(
+        {
+            "P": (t, measurement.P, {"long_name": "measured absolute pressure"}),
+            **(u if measurement.m is None else m),
+            "x": ("t", measurement.x),
+        }
+    )
+
+
+def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) -> xr.Dataset:
+    """Dataset of several fitted models, in the order of `estimates`, with parameters in these `units`.
+
+    Estimates and intervals are by (model, parameter), shifts by (model, parameter, quantity), errors by
+    (model, chamber), replayed pressures by (model, chamber, t).
+    """
+    parameters = list(units)
+
+    def values(field: str) -> np.ndarray:
+        return np.array([[getattr(e, field).get(p, np.nan) for p in parameters] for e in estimates.values()])
+
+    def arrays(field: str) -> np.ndarray:
+        return np.array([getattr(e, field) for e in estimates.values()])
+
+    by_parameter, by_chamber = ("model", "parameter"), ("model", "chamber")
+    on_bounds = np.array([[np.int8(p in e.at_bound) for p in parameters] for e in estimates.values()])
+    interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
+    rms, Pa = "root mean square error on the part", {"units": "Pa"}
+    moved: dict[str, Any] = {}
+    if any(estimate.moved for estimate in estimates.values()):
+        none = np.full(len(SHIFTING), np.nan)
+        by_model = [[e.moved.get(p, none) for p in parameters] for e in estimates.values()]
+        text = "shift if a configured quantity is off by its accuracy, in parameter_unit"
+        moved = {"moved_by": ((*by_parameter, "quantity"), np.array(by_model), {"long_name": text})}
+    related: dict[str, Any] = {}
+    if any(estimate.correlation for estimate in estimates.values()):
+        table = [
+            [[e.correlation.get(p, {}).get(q, np.nan) for q in parameters] for p in parameters]
+            for e in estimates.values()
+        ]
+        related = {
+            "correlation": ((*by_parameter, "other"), np.array(table), {"long_name": "of two parameters"})
+        }
+    return xr.Dataset(
+        {
+            "estimate": (by_parameter, values("estimates"), {"long_name": "estimate, in parameter_unit"}),
+            "replayed": (
+                by_parameter,
+                values("values"),
+                {"long_name": "value in replays, in parameter_unit"},
+            ),
+            "low": (by_parameter, values("low"), {"long_name": f"lower {interval}"}),
+            "high": (by_parameter, values("high"), {"long_name": f"upper {interval}"}),
+            "rms_fitted": (by_chamber, arrays("rms"), {"long_name": f"{rms} fitted"} | Pa),
+            "rms_held_out": (by_chamber, arrays("held_out"), {"long_name": f"{rms} held out"} | Pa),
+            "at_bound": (by_parameter, on_bounds, {"long_name": "whether it is on a bound of the search"}),
+            "pressure": ((*by_chamber, "t"), arrays("pressure")),
+            **moved,
+            **related,
+        },
+        coords={
+            "model": list(estimates),
+            "parameter": parameters,
+            "parameter_unit": ("parameter", list(units.values())),
+            "chamber": ["A", "B"][: len(next(iter(estimates.values())).rms)],
+            **({"quantity": list(SHIFTING)} if moved else {}),
+            **({"other": parameters} if related else {}),
+        },
+    )

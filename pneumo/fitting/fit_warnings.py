@@ -1,0 +1,340 @@
+"""Warnings of a fit: reasons not to believe it, with the cause or at least the symptom.
+
+The full-order fit is judged where there is one, else the best reduced model. If the full order follows a
+record down to the sensors' noise, its parameters are those of the rig; those of a reduced model also make up
+for what that model lacks. So the full order's residual shows whether rig and configuration are as assumed.
+Limits were chosen on benches that `make fit-bench` does not judge.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.parameters import DEAD_FRACTION
+from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit, search_value, si_value
+from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
+from pneumo.fitting.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES, STARTS
+from pneumo.fitting.position_checks import stated, stated_volume_warnings
+from pneumo.fitting.residuals import BLOCK, Residual, block_means, residuals
+from pneumo.fitting.settings import (
+    ALLOWED,
+    DISTRUST,
+    EARLY,
+    EXPLAINED,
+    OUTSIDE,
+    SEEN,
+    TIED,
+    TOLERATED,
+    UNLIKELY,
+    VAGUE,
+)
+
+STEPS = 20  # of a search for a cause
+AROUND = 0.05  # s, after an event
+AT_STOP = 0.02  # of half the stroke, from its end
+SMALL = 0.1  # command over its limit
+MOSTLY, CONCENTRATED = 0.5, 2.0  # fraction of a misfit, also over that of the time, that makes a place
+BEYOND = 0.02  # of n outside 1..gamma that noise explains
+CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
+
+
+def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
+    """Warnings of unexplained residuals and their likely cause; of odd parameters if no cause is found."""
+    name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
+    if name == FULL.name:
+        least = ALLOWED * estimate.of_configuration
+        odd = doubtful(split, estimate.remainder, estimate.expected, least=least)
+        symptoms = [remainder_warning(problem, estimate, split)] if odd else []
+    else:
+        symptoms = residual_warnings(name, dict(zip("AB", split, strict=True)))
+    cause = cause_warnings(problem, split) if symptoms and name == FULL.name else []
+    # With a wrong rig all parameters are odd: its cause says more.
+    # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
+    if name == FULL.name and not cause and not any(residual.unexplained for residual in split):
+        cause = configured_warnings(problem, estimate) + offset_warnings(estimate)
+    return symptoms + (cause or parameter_warnings(problem, estimate))
+
+
+def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
+    """Warnings of configured quantities that the record places outside their stated accuracy."""
+    result: list[str] = []
+    distances, weights = problem.prior_terms(problem.inner(estimate.values))
+    for name, distance, weight in zip(problem.names, distances, weights, strict=True):
+        if weight == 0:
+            continue
+        ends = (estimate.values[name],) * 2
+        if name in estimate.low:
+            ends = estimate.low[name], estimate.high[name]
+        low, high = (search_value(name, end) for end in ends)
+        own = (high - low) / 2 / LIMITS  # NaN where an end is open: then nothing is contradicted
+        if abs(distance) > OUTSIDE * np.hypot(problem.priors[name].deviation, own):
+            factor, configured = QUANTITIES[name].factor, si_value(name, problem.priors[name].centre)
+            numbers = factor * estimate.values[name], factor * configured
+            explanation = PARAMETERS[name].explanation.format(*numbers)
+            result.append(f"{explanation} is outside its stated accuracy (--also {name} fits it freely)")
+    return result
+
+
+def offset_warnings(estimate: Estimate) -> list[str]:
+    """Warning of a pressure sensor's offset, not fitted, that would move a parameter out of its interval.
+
+    Offsets that the record shows with about the same certainty are named together.
+    """
+    sure: dict[str, float] = {}
+    for name, offset in estimate.offsets.items():
+        shifts = dict(zip(estimate.expected, np.abs(offset.shifts).tolist(), strict=True))
+        moves = any(
+            shifts.get(parameter, 0.0) > max(most, estimate.expected.get(parameter, 0.0))
+            for parameter, most in TOLERATED.items()
+        )
+        if moves and abs(offset.value) > OUTSIDE * offset.deviation:
+            sure[name] = abs(offset.value) / offset.deviation
+    alike = [name for name in sure if TIED * sure[name] >= max(sure.values())]
+    if not alike:
+        return []
+    texts = " or ".join(
+        f"{PARAMETERS[name].explanation.format(QUANTITIES[name].factor * estimate.offsets[name].value)}"
+        f" (--also {name} fits it)"
+        for name in alike
+    )
+    tied = ": this record cannot tell which" if len(alike) > 1 else ""
+    return [f"{texts} would move parameters out of their intervals and leave less of the residual{tied}"]
+
+
+def doubtful(
+    split: Sequence[Residual],
+    remainder: Mapping[str, float],
+    expected: Mapping[str, float],
+    factor: float = 1.0,
+    least: float = 0.0,
+) -> bool:
+    """Whether residuals that are not noise may move a parameter by more than `factor` times `TOLERATED`.
+
+    `remainder` has the shift of each parameter by such residuals, `expected` half of its interval from noise
+    and configuration alone, both on the scale of the search. Shifts below `expected` do not count, nor do
+    residuals below `least`, Pa, which a configuration within its accuracy can leave.
+    """
+    seen = any(residual.coloured > max(SEEN * residual.noise, least) for residual in split)
+    return seen and any(
+        remainder.get(name, 0.0) > max(factor * most, expected.get(name, 0.0))
+        for name, most in TOLERATED.items()
+    )
+
+
+def remainder_warning(problem: Problem, estimate: Estimate, split: Sequence[Residual]) -> str:
+    """Warning of residuals of the full order that are not noise: their size, place and effect."""
+
+    def both(field: str) -> str:
+        return " and ".join(f"{getattr(residual, field) / 1e3:.2g}" for residual in split)
+
+    moved = [
+        f"{QUANTITIES[name].heading} by {100 * np.expm1(estimate.remainder[name]):.0f} %"
+        for name in TOLERATED
+        if name in estimate.remainder
+    ]
+    effect = f"this moves {', '.join(moved)}, or more"
+    if doubtful(split, estimate.remainder, estimate.expected, DISTRUST):
+        effect = "do not trust these parameters"
+    return (
+        f"P_A and P_B: full is off by {both('rms')} kPa rms, of which {both('coloured')} kPa are not noise"
+        f" (sensors: {both('noise')} kPa){place_of_misfit(problem, estimate)}: rig, record or configuration"
+        f" is not as assumed; {effect}"
+    )
+
+
+def place_of_misfit(problem: Problem, estimate: Estimate) -> str:
+    """Text on where most of the residual that is not noise occurs; empty if no such place stands out.
+
+    Places are reversals of the command, stops, small commands and high pressures. One is named if most of the
+    residual is there, in a small part of the time.
+    """
+    signals, samples = problem.signals, problem.signals.P.shape[1]
+    length = max(1, round(BLOCK / signals.period))
+    residual = signals.P - estimate.pressure[:, :samples]
+    power = np.mean(block_means(residual, length) ** 2, axis=0)
+    u = np.append(signals.u[:: signals.stride, 0], signals.u[-1, -1])
+    x = np.append(signals.motion[:: signals.stride, 0, 0], signals.motion[-1, -1, 0])
+    half, around = problem.plant.cylinder.stroke / 2, max(1, round(AROUND / signals.period))
+    reversal = np.append(np.sign(u[1:]) != np.sign(u[:-1]), False)
+    highest, u_max = float(np.max(signals.P)), problem.plant.valve.u_max
+    places = {
+        f"within {1e3 * AROUND:g} ms of a reversal of u": _near(reversal, around),
+        f"within {1e3 * AROUND:g} ms of a stop": _near(np.abs(x) > (1 - AT_STOP) * half, around),
+        f"where u is below {100 * SMALL:g} % of its limit": np.abs(u) < SMALL * u_max,
+        f"above {0.8 * highest / 1e3:.3g} kPa": (0.8 * highest < signals.P).any(axis=0),
+    }
+    best, text = MOSTLY, ""
+    for name, at in places.items():
+        fraction = block_means(at.astype(float), length)
+        part, time = float(np.sum(power * fraction) / np.sum(power)), float(np.mean(fraction))
+        if part > best and part > CONCENTRATED * time:
+            best, text = part, f", {100 * part:.0f} % of it {name} ({100 * time:.0f} % of the time)"
+    return text
+
+
+def _near(events: np.ndarray, samples: int) -> np.ndarray:
+    """Whether an event is at a sample, or at most `samples` before it; by sample."""
+    return np.convolve(events, np.ones(samples + 1))[: len(events)] > 0
+
+
+def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[str]:
+    """Warnings of residuals of a model, by chamber, that the sensors' noise does not explain."""
+    return [
+        f"P_{chamber}: {name} is off by {residual.rms / 1e3:.3g} kPa rms, of which"
+        f" {residual.coloured / 1e3:.2g} kPa are not noise (sensor: {residual.noise / 1e3:.2g} kPa): rig,"
+        " record or configuration is not as assumed; do not trust these parameters"
+        for chamber, residual in residual_of.items()
+        if residual.unexplained
+    ]
+
+
+def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
+    """Warning that names the cause which, fitted too, explains most of a full-order fit's residuals.
+
+    Empty if no cause does. Causes that explain about as much are named together: the record does not
+    distinguish them.
+    """
+    before = _coloured(split)
+    explained: dict[str, tuple[float, str]] = {}
+    for cause in (name for name in CAUSES if name not in problem.also):
+        trial = problem._replace(also=(*problem.also, cause))
+        fitted = fit(trial, tolerance=1e-3, most=STEPS)
+        after = _coloured(residuals(trial, fitted.theta))
+        if after < EXPLAINED * before:
+            configured = si_value(cause, trial.guess()[trial.names.index(cause)])
+            factor = QUANTITIES[cause].factor
+            numbers = factor * trial.values(fitted.theta)[cause], factor * configured
+            explained[cause] = (
+                after,
+                f"{PARAMETERS[cause].explanation.format(*numbers)} (--also {cause} fits it)",
+            )
+    if not explained:
+        return []
+    noise = float(np.sqrt(np.mean([residual.noise**2 for residual in split])))
+    least = min(after for after, _ in explained.values())
+    alike = [pair for pair in explained.values() if pair[0] <= max(TIED * least, SEEN * noise)]
+    texts = " or ".join(text for _, text in sorted(alike))
+    tied = ": this record cannot tell which" if len(alike) > 1 else ""
+    change = f"would reduce what is not noise from {before / 1e3:.2g} to {least / 1e3:.2g} kPa rms"
+    return [f"{texts} {change}{tied}"]
+
+
+def _coloured(split: Sequence[Residual]) -> float:
+    """Root mean square of both chambers' residuals that are not noise, Pa."""
+    return float(np.sqrt(np.mean([residual.coloured**2 for residual in split])))
+
+
+def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
+    """Warnings of parameters on a bound, or unlikely for this cylinder."""
+    values = estimate.values
+    measured_volumes = problem.model.name == FULL.name and stated(problem.plant)
+    result = stated_volume_warnings(problem.plant, estimate) if measured_volumes else []
+    at_bound = problem.at_bound(problem.inner(values))
+    for name in problem.names:
+        if name in at_bound:
+            # A start on its bound says nothing of one parameter.
+            concerned = () if name in STARTS else (name,)
+            result.append(FitWarning(on_bound(name, values[name]), *concerned))
+        if PARAMETERS[name].group == "dead volume" and not measured_volumes:
+            result += dead_volume_warnings(name, values[name], problem.plant)
+        if name == "dead_time" and acts_early(problem, estimate) and values[name] <= -problem.signals.period:
+            text = (
+                "the valve acts before its command was logged: check the time stamps; if the command was not"
+                " held between samples: --command linear"
+            )
+            result.append(FitWarning(text, name))
+        if name == "n":
+            result += index_warnings(values[name], problem.plant.gas.gamma, "no gas does this")
+    return result
+
+
+def undetermined_notes(problem: Problem, estimate: Estimate) -> list[str]:
+    """Notes on parameters that have an interval, but a wide or open one."""
+    result: list[str] = []
+    for name in (name for name in problem.names if name in estimate.low):
+        ratio = estimate.high[name] / estimate.low[name]
+        if PARAMETERS[name].search.logarithmic and name not in estimate.at_bound and not ratio < VAGUE:
+            remedy = CLOSED_TEST if name == "k_0" else "excite the cylinder more, or record longer"
+            result.append(f"this record does not determine {QUANTITIES[name].name}: {remedy}")
+    return result
+
+
+def acts_early(problem: Problem, estimate: Estimate) -> bool:
+    """Whether a valve acts before its command was logged, by more than clocks explain."""
+    return estimate.high.get("dead_time", np.nan) < -EARLY * problem.signals.period
+
+
+def early_notes(problem: Problem, estimate: Estimate) -> list[str]:
+    """Note on a valve that surely acts, but less than a sample, before its command was logged."""
+    value, period = estimate.values.get("dead_time", 0.0), problem.signals.period
+    if not (estimate.high.get("dead_time", np.nan) < 0 and value > -period):
+        return []
+    return [
+        f"the valve acts {1e3 * -value:.2g} ms before its command was logged, less than a sample of"
+        f" {1e3 * period:.3g} ms: `fitted.yaml` has no dead time"
+    ]
+
+
+def on_bound(name: str, value: float) -> str:
+    """Warning of a parameter on a bound."""
+    quantity = QUANTITIES[name]
+    return f"{quantity.name} is on the bound of the search: {value:.3g} {quantity.unit}"
+
+
+def index_warnings(n: float, gamma: float, meaning: str) -> list[str]:
+    """Warning if n is outside 1 to gamma by more than noise; else none."""
+    return [] if 1 - BEYOND < n < gamma + BEYOND else [f"n = {n:.3g} is outside 1 to {gamma:g}: {meaning}"]
+
+
+def bounds_of_reduced(estimates: Mapping[str, Estimate], parameters: Sequence[str]) -> list[str]:
+    """Warnings of reduced models with a parameter on a bound that rank above the first one without."""
+    result: list[str] = []
+    for name in (name for name in estimates if name != FULL.name):
+        reached = [p for p in estimates[name].at_bound if p in parameters]
+        if not reached:
+            break
+        texts = ", ".join(on_bound(p, estimates[name].values[p]) for p in reached)
+        result.append(f"{name}: {texts}; not offered for a replay")
+    return result
+
+
+def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
+    """Warning of a dead volume, m3, far from the configured one, or else from the default."""
+    ratio = volume / getattr(plant.cylinder, name)
+    if 1 / UNLIKELY < ratio < UNLIKELY:
+        return []
+    question = "check the stroke and the zero of x"
+    if stated(plant):
+        configured, remedy = "the configured one", f"{question}; is there a hose to the valve?"
+    else:
+        _, key = PARAMETERS[name].key.rsplit(".", 1)
+        configured = f"the default of {100 * DEAD_FRACTION:g} % of half the stroke, since none is configured"
+        remedy = f"give {key} (with hoses), or {question}"
+    return [FitWarning(f"fitted {QUANTITIES[name].name} is {ratio:.2g} times {configured}: {remedy}", name)]
+
+
+def apart(ends: Iterable[tuple[float, float]]) -> bool:
+    """Whether intervals, one or more, have no value in common; a NaN end is open."""
+    low, high = np.array(list(ends)).T
+    return bool(np.nan_to_num(low, nan=-np.inf).max() > np.nan_to_num(high, nan=np.inf).min())
+
+
+def disagreements(
+    estimates: Mapping[str, Estimate], parameters: Sequence[str] = ("k_0", "k_xu")
+) -> list[str]:
+    """Warnings of `equally_good` models whose intervals of a parameter do not overlap."""
+    result: list[str] = []
+    for parameter in parameters:
+        ends = {
+            name: (estimates[name].low[parameter], estimates[name].high[parameter])
+            for name in equally_good(estimates)
+            if parameter in estimates[name].low
+        }
+        if ends and apart(ends.values()):
+            remedy = f": {CLOSED_TEST}" if parameter == "k_0" else ""
+            result.append(
+                f"{', '.join(ends)} are equally good, but their intervals of {QUANTITIES[parameter].name} do"
+                f" not overlap{remedy}"
+            )
+    return result

@@ -1,0 +1,246 @@
+"""Table of the parameters of `pneumo fit`: one row each, for the fit, warnings, tables, files, help and docs.
+
+A row of the group "configured" is known within a stated accuracy, and is fitted within it. A row of the group
+"cause" is something that a user may have configured or connected wrongly. If the search of such a row starts
+at a field of the plant, the fitted value replaces that field in the replay; `fit_problem` applies
+the others, such as offsets of the pressure sensors. The table imports no numerics: help texts read it too.
+"""
+
+from typing import Literal, NamedTuple
+
+from pneumo.fitting.settings import MOST_RECORDS
+
+FULL_ORDER = "full"  # name of the full-order chambers among fitted models
+
+
+class Quantity(NamedTuple):
+    """Names and units of a number that a fit finds."""
+
+    name: str  # in warnings
+    heading: str  # of a table's column
+    unit: str  # of stored values
+    shown_unit: str = ""  # of values in tables and texts
+    factor: float = 1.0  # from stored to shown values
+
+
+class Search(NamedTuple):
+    """Bounds, start and scale of a search; a field of the plant is written as "valve.k_xu"."""
+
+    low: float  # bounds, in the stored unit or as multiples of `times`
+    high: float
+    start: float | str  # value, field of the plant, or "catalogue" or "record": `fit_problem` computes these
+    times: str = ""  # field of the plant, or A_q0, the wall's area in mid-stroke
+    logarithmic: bool = True  # scale of search and interval
+
+
+class Parameter(NamedTuple):
+    """A number that a fit may vary: its quantity, how the search scales and bounds it, and its texts."""
+
+    quantity: Quantity
+    search: Search
+    group: Literal[
+        "index", "wall", "flow", "dead volume", "start", "valve", "first temperature", "configured", "cause"
+    ]
+    key: str = ""  # of the configuration, below its section
+    explanation: str = ""  # of a cause: sentence with its value and the configured one, in `shown_unit`
+
+
+PARAMETERS: dict[str, Parameter] = {
+    "n": Parameter(Quantity("n", "n", "1"), Search(0.8, 1.8, 1.2, logarithmic=False), "index"),
+    "k_0": Parameter(
+        Quantity("k_0", "k_0", "W K-1", "W/K"),
+        Search(0.3, 1000.0, "catalogue", times="A_q0"),
+        "wall",
+        key="experiments.k_0_W_per_K",
+    ),
+    "k_xu": Parameter(
+        Quantity("the valve coefficient", "k_x k_u", "m2 V-1", "mm²/V", 1e6),
+        Search(0.05, 20.0, "valve.k_xu", times="valve.k_xu"),
+        "flow",
+        key="cylinders.k_x_k_u_m2_per_V",  # or C in its section valve
+    ),
+    **{
+        f"V_d_{c}": Parameter(
+            Quantity(f"the dead volume of {c}", f"V_d of {c}", "m3", "cm³", 1e6),
+            Search(0.02, 50.0, f"cylinder.V_d_{c}", times=f"cylinder.V_d_{c}"),
+            "dead volume",
+            key=f"cylinders.{key}",
+        )
+        for c, key in (("A", "dead_volume_m3"), ("B", "dead_volume_B_m3"))
+    },
+    **{
+        f"start_{c}": Parameter(
+            Quantity(f"the first pressure of {c}", f"first P of {c}", "Pa", "kPa", 1e-3),
+            Search(0.1, 3.0, "record", times="conditions.P_0"),
+            "start",
+        )
+        for c in "AB"
+    },
+    # Of the full order only; the reduced models take the valve's from its fit.
+    "lag": Parameter(
+        Quantity("the valve's lag", "lag", "s", "ms", 1e3),
+        Search(0.0, 0.05, 0.0, logarithmic=False),
+        "valve",
+        key="cylinders.valve_dynamics.lag_s",
+    ),
+    "dead_time": Parameter(
+        Quantity("the valve's dead time", "dead time", "s", "ms", 1e3),
+        Search(-0.02, 0.05, 0.0, logarithmic=False),
+        "valve",
+        key="cylinders.valve_dynamics.dead_time_s",
+    ),
+    "null": Parameter(
+        Quantity("the valve's null offset", "null offset", "V", "V"),
+        Search(-0.1, 0.1, 0.0, times="valve.u_max", logarithmic=False),
+        "valve",
+        key="cylinders.valve_dynamics.null_V",
+    ),
+    **{
+        f"start_T_{c}": Parameter(
+            Quantity(f"the first temperature of {c}", f"first T of {c}", "K", "K"),
+            Search(0.7, 1.4, "conditions.T_0", times="conditions.T_0"),
+            "first temperature",
+        )
+        for c in "AB"
+    },
+    # Fitted within the configuration's accuracy, or freely where `Problem.also` names them.
+    "b": Parameter(
+        Quantity("the critical pressure ratio", "b", "1"),
+        Search(0.02, 0.8, "gas.critical_ratio", logarithmic=False),
+        "configured",
+        key="cylinders.valve.b",
+        explanation="a critical pressure ratio b of {:.3g} (configured: {:.3g})",
+    ),
+    "P_s": Parameter(
+        Quantity("the supply pressure", "supply", "Pa", "kPa", 1e-3),
+        Search(0.5, 2.0, "conditions.P_s", times="conditions.P_s"),
+        "configured",
+        key="supply.P_s_Pa",
+        explanation="a supply of {:.4g} kPa (configured: {:.4g})",
+    ),
+    "exhaust": Parameter(
+        Quantity("the exhaust path", "exhaust ratio", "1"),
+        Search(0.2, 5.0, "valve.exhaust"),
+        "configured",
+        key="cylinders.valve.exhaust_ratio",
+        explanation="an exhaust path of {:.3g} times the area of the supply's (configured: {:.3g})",
+    ),
+    "T_in": Parameter(
+        Quantity("the supply's temperature", "T_in", "K", "K"),
+        Search(0.8, 1.25, "conditions.T_in", times="conditions.T_in", logarithmic=False),
+        "configured",
+        key="supply.T_in_K",
+        explanation="a supply at {:.4g} K (configured: {:.4g})",
+    ),
+    # Fitted only where `Problem.also` names them.
+    "A_B": Parameter(
+        Quantity("the piston area of B", "area of B", "m2", "mm²", 1e6),
+        Search(0.5, 2.0, "cylinder.A_B", times="cylinder.A_B"),
+        "cause",
+        explanation="a piston area of {:.4g} mm² in chamber B (configured: {:.4g}; is the rod right?)",
+    ),
+    "C_B": Parameter(
+        Quantity("the valve's side of B", "side of B over A", "1"),
+        Search(0.3, 3.0, 1.0),
+        "cause",
+        explanation="a valve whose side of B has {:.3g} times the area of that of A (configured: {:.3g})",
+    ),
+    "dead_band": Parameter(
+        Quantity("the valve's dead band", "dead band", "V", "V"),
+        Search(0.0, 0.2, 0.0, times="valve.u_max", logarithmic=False),
+        "cause",
+        key="cylinders.valve_dynamics.dead_band_V",
+        explanation="a dead band of the valve of {:.2g} V to either side",
+    ),
+    "hysteresis": Parameter(
+        Quantity("the valve's hysteresis", "hysteresis", "V", "V"),
+        Search(0.0, 0.1, 0.0, times="valve.u_max", logarithmic=False),
+        "cause",
+        explanation="a hysteresis of the valve of {:.2g} V to either side",
+    ),
+    "sag": Parameter(
+        Quantity("the sag of the supply", "sag of supply", "1"),
+        Search(0.0, 0.6, 0.0, logarithmic=False),
+        "cause",
+        explanation="a supply that sags by a fraction of {:.2g} at full flow",
+    ),
+    "piston_leak": Parameter(
+        Quantity("the leak past the piston", "piston leak", "1", "%", 1e2),
+        Search(0.0, 0.3, 0.0, logarithmic=False),
+        "cause",
+        explanation="a leak past the piston of {:.2g} % of the valve's C",
+    ),
+    "valve_leak": Parameter(
+        Quantity("the leak of the valve's paths", "valve leak", "1", "%", 1e2),
+        Search(0.0, 0.3, 0.0, logarithmic=False),
+        "cause",
+        explanation="a leak of each path of the valve of {:.2g} % of its C",
+    ),
+    "skew": Parameter(
+        Quantity("the delay of x", "delay of x", "s", "ms", 1e3),
+        Search(-0.03, 0.03, 0.0, logarithmic=False),
+        "cause",
+        explanation="an x logged {:.2g} ms later than the pressures",
+    ),
+    "filter": Parameter(
+        Quantity("the filter of the pressures", "filter of P", "s", "ms", 1e3),
+        Search(0.0, 0.05, 0.0, logarithmic=False),
+        "cause",
+        explanation="pressures filtered or averaged over some {:.2g} ms",
+    ),
+    **{
+        f"offset_{c}": Parameter(
+            Quantity(f"the offset of the sensor of P_{c}", f"offset P_{c}", "Pa", "kPa", 1e-3),
+            Search(-1e5, 1e5, 0.0, logarithmic=False),
+            "cause",
+            explanation=f"an offset of {{:.3g}} kPa of the sensor of P_{c}",
+        )
+        for c in "AB"
+    },
+}
+
+
+def of_group(*groups: str) -> tuple[str, ...]:
+    """Names of the parameters of some groups."""
+    return tuple(name for name, parameter in PARAMETERS.items() if parameter.group in groups)
+
+
+def start_name(name: str, record: int) -> str:
+    """Name of a first pressure or temperature of a record, counted from 0: start_A, in record 1 start_2_A."""
+    stem, side = name.rsplit("_", 1)
+    return f"{stem}_{record + 1}_{side}" if record else name
+
+
+def _of_record(row: Parameter, record: int) -> Parameter:
+    q, of = row.quantity, f" in record {record + 1}"
+    return row._replace(quantity=q._replace(name=q.name + of, heading=q.heading + of))
+
+
+STARTS_OF_ONE = of_group("start", "first temperature")
+PARAMETERS |= {
+    start_name(name, record): _of_record(PARAMETERS[name], record)
+    for record in range(1, MOST_RECORDS)
+    for name in STARTS_OF_ONE
+}
+CAUSES = of_group("cause")
+CONFIGURED = of_group("configured")
+ALSO = (*CONFIGURED, *CAUSES)
+VALVE = of_group("valve")
+STARTS = of_group("start", "first temperature")
+REPORTED = tuple(name for name in PARAMETERS if name not in (*STARTS, *ALSO))
+
+# Quantities that are configured and not fitted; `configured_quantities` has the problem with each changed.
+UNFITTED = (
+    *("the bore", "the stroke", "the zero of x", "the scale of x", "T_amb", "P_atm"),
+    *("the gain of P_A", "the gain of P_B", "the gain of P_s"),
+)
+SHIFTING = (*UNFITTED, *(PARAMETERS[name].quantity.name for name in CONFIGURED))
+
+# Found in fits of closed chambers besides n, k_0 and the dead volumes.
+OF_CLOSED_CHAMBERS = {
+    **{f"k_0_{c}": Quantity(f"k_0 of {c}", f"k_0 of {c}", "W K-1", "W/K") for c in "AB"},
+    **{f"k_{c}": Quantity(f"the mean k of {c}", f"mean k of {c}", "W K-1", "W/K") for c in "AB"},
+    "leak": Quantity("the leakage past the piston", "leakage A to B", "kg s-1 Pa-1", "mg/(s bar)", 1e11),
+    **{f"T_{c}": Quantity(f"the first temperature of {c}", f"first T of {c}", "K", "K") for c in "AB"},
+}
+QUANTITIES = {name: row.quantity for name, row in PARAMETERS.items()} | OF_CLOSED_CHAMBERS

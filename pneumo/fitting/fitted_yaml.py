@@ -1,0 +1,218 @@
+"""`fitted.yaml` of `pneumo fit`: a configuration of one cylinder with its fitted parameters."""
+
+from typing import Any
+
+import numpy as np
+import yaml
+
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.schema import Configuration
+from pneumo.configuration.uncertain import QUANTITIES as UNCERTAIN
+from pneumo.configuration.uncertain import SIGMAS
+from pneumo.errors import printable
+from pneumo.fitting.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
+from pneumo.fitting.fitted_parameters import ALSO, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
+from pneumo.fitting.settings import LAWS_ALIKE
+from pneumo.statistics.intervals import Interval
+
+DIGITS = 6  # of the numbers written
+LONGEST_NAME = 40  # of a study
+SUFFIX = "-fitted"
+# Section and key by parameter.
+KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
+DYNAMICS = "cylinders.valve_dynamics"
+CURVE = "cylinders.valve.curve"
+UNCERTAIN_NAMES = {"k_xu": "C"}  # of fitted parameters that the table of uncertain quantities names otherwise
+NOTED = (*dict.fromkeys((*KEYS, *ALSO)), "k_0_A", "k_0_B", "leak")
+EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
+
+
+def _text(interval: Interval) -> str:
+    """Value and interval."""
+    return f"{interval.value:.4g} ({interval.ends_text('.4g')})"
+
+
+def _line(name: str, interval: Interval) -> str:
+    """Parameter with value, interval and unit, as the tables show it."""
+    quantity = QUANTITIES[name]
+    return f"{quantity.heading} = {_text(interval.scaled(quantity.factor))} {quantity.shown_unit}".rstrip()
+
+
+def _at_most(name: str, interval: Interval) -> bool:
+    """Whether a parameter whose search begins at zero has an upper end alone: it may be zero."""
+    from_zero = name in PARAMETERS and PARAMETERS[name].search.low == 0
+    return bool(from_zero and np.isnan(interval.low) and np.isfinite(interval.high))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def fitted_configuration(
+    configuration: Configuration, cylinder: str, plant: Plant, fit: FitResult, record: str, T: float
+) -> str:
+    """Text of a configuration of one cylinder with the parameters of `fit.model_of_rig`.
+
+    Parameters have the values of that model's replays. Keys are those that the user gave, and those of fitted
+    parameters. A parameter with an open interval stays as configured, and a comment says so; a lag or dead
+    band that may be zero is left out. Another comment has the options that export the best reduced model. Of
+    experiments that differed only in k_0, the first of each loop and signal is kept.
+
+    Parameters
+    ----------
+    configuration, plant
+        Configuration that the fit began with, and the cylinder's plant there.
+    record : str
+        Name of the measurement.
+    T : float
+        Measured temperature of the surroundings, K; NaN where it was not measured.
+    """
+    content = configuration.model_dump(exclude_unset=True)
+    rig, notes = fit.model_of_rig, list[str]()
+    estimates = fit.replayed(rig)
+    section = content["cylinders"][cylinder]
+    if np.isfinite(T):
+        content["supply"] |= {"T_amb_K": _rounded(T), "T_in_K": _rounded(T)}
+        notes.append(f"T = {T:.2f} K, measured")
+    known = {
+        name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
+    }
+    notes += _put_values(content, section, known, plant, float(np.diff(fit.data["t"].values[:2]).item()))
+    section["fitted"] = _fitted_section(fit, known)
+    mean = fit.estimates(rig).get("k_0", Interval(np.nan, np.nan, np.nan))
+    if abs(mean.value / estimates.get("k_0", mean).value - 1) > LAWS_ALIKE:
+        notes.append(
+            f"  the fit's k_0 is {mean.value:.4g} W/K, by likelier laws of the wall; here is the full order's"
+        )
+    unknown = [
+        _line(name, interval) for name, interval in estimates.items() if name in KEYS and name not in known
+    ]
+    if unknown:
+        notes.append(f"not determined by the record, so as configured: {', '.join(unknown)}")
+    content["cylinders"] = {cylinder: section}
+    content["experiments"] = _experiments(content, configuration, cylinder, known.get("k_0"))
+    content["run"] = content.get("run", {}) | {"experiments": list(content["experiments"])}
+    content.pop("levels", None)
+    content["name"] = content["name"][: LONGEST_NAME - len(SUFFIX)] + SUFFIX
+    heading = [
+        f"Cylinder {cylinder} as fitted to {printable(record)} by {rig}, which is off by"
+        f" {_held_out_error(fit, rig)} on the part held out.",
+        *(f"WARNING: {text}" for text in fit.warnings),
+        "Found, with 95 % intervals:",
+        *(f"  {note}" for note in notes),
+        *([] if isinstance(fit, ClosedChambersResult) else _best_model_lines(fit)),
+    ]
+    body = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+    return "".join(f"# {line}\n" for line in heading) + body
+
+
+def _held_out_error(fit: FitResult, model: str) -> str:
+    return f"{rms_of_chambers(fit.data['rms_held_out'].sel(model=model).values) / 1e3:.3g} kPa rms"
+
+
+def _best_model_lines(fit: FitResult) -> list[str]:
+    """Lines on the best reduced model, with the options that export it."""
+    best = fit.best_model
+    exported = {name: interval for name, interval in fit.estimates(best).items() if name in EXPORTED}
+    values = ", ".join(f"{name} = {_text(interval)}" for name, interval in exported.items())
+    options = [f"--{EXPORTED[name]} {_rounded(interval.value)}" for name, interval in exported.items()]
+    line = f"Best reduced model: {best}, off by {_held_out_error(fit, best)}"
+    if not exported:
+        return [line]
+    line += f", with its own {values}"
+    if fit.on_bound(best):  # a warning says so
+        return [line]
+    return [line, f"  for export and linearise: {best} {' '.join(options)}"]
+
+
+def _put_values(
+    content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant, period: float
+) -> list[str]:
+    """Put the fitted values, except k_0, under their keys of the configuration; return notes on all values.
+
+    `period` is the time between samples, s.
+    """
+    sections = {"supply": content["supply"], "cylinders": section, "cylinders.valve": section.get("valve")}
+    dynamics = sections[DYNAMICS] = section.pop("valve_dynamics", {})
+    dead_volumes = of_group("dead volume")
+    if known.keys() & {*dead_volumes}:  # else one key could change both chambers
+        section |= {KEYS[name][1]: getattr(plant.cylinder, name) for name in dead_volumes}
+    notes, without = list[str](), list[str]()
+    for name in (name for name in NOTED if name in known):
+        interval, (path, key), note = known[name], KEYS.get(name, ("", "")), _line(name, known[name])
+        if _at_most(name, interval):
+            heading, shown = QUANTITIES[name].heading, interval.scaled(QUANTITIES[name].factor)
+            ends = f"{shown.ends_text('.4g')} {QUANTITIES[name].shown_unit}".rstrip()
+            notes.append(f"{heading}: {ends}, none written")
+            dynamics.pop(key, None)
+            continue
+        if name == "k_xu" and "valve" in section:
+            path, key = "cylinders.valve", "C_dm3_per_sbar"
+            if curve := section["valve"].get("curve"):
+                scale, path = interval.value / plant.valve.k_xu, CURVE
+                for column in curve.keys() - {"u_V"}:
+                    curve[column] = [_rounded(scale * C) for C in curve[column]]
+                note = f"conductances of the curve times {_text(interval.scaled(1 / plant.valve.k_xu))}"
+            else:
+                interval = interval.scaled(section["valve"][key] / plant.valve.k_xu)
+                note = f"C = {_text(interval)} dm3/(s bar) at u_max_V"
+        notes.append(note)
+        # No valve acts before its command: less than a sample is the clock's.
+        early = name == "dead_time" and -period < interval.value < 0
+        if path == DYNAMICS and (early or interval.low <= 0 <= interval.high):
+            dynamics.pop(key, None)
+        elif (target := sections.get(path)) is not None:
+            target[key] = _rounded(interval.value)
+        elif path not in ("experiments", CURVE):
+            without.append(QUANTITIES[name].heading)
+    if dynamics:
+        section["valve_dynamics"] = dynamics
+    return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
+
+
+def _fitted_section(fit: FitResult, known: dict[str, Interval]) -> dict[str, Any]:
+    """Joint covariance of the fitted quantities, and each model's error on the part held out, for a study."""
+    rig = fit.model_of_rig
+    names = [name for name in known if UNCERTAIN_NAMES.get(name, name) in UNCERTAIN and known[name].known]
+    widths = []
+    for name in names:
+        _, low, high = known[name]
+        logarithmic = UNCERTAIN[UNCERTAIN_NAMES.get(name, name)].logarithmic
+        widths.append((np.log(high / low) if logarithmic else high - low) / 2 / SIGMAS)
+    correlation = np.eye(len(names))
+    if "correlation" in fit.data:
+        related = fit.correlation(rig).reindex(index=names, columns=names).fillna(0.0).to_numpy(copy=True)
+        correlation = np.where(correlation, 1.0, related)
+    covariance = correlation * np.outer(widths, widths)
+    errors = {
+        "full order" if model == FULL_ORDER else model: rms_of_chambers(held_out) / 1e3
+        for model, held_out in zip(fit.models, fit.data["rms_held_out"].values, strict=True)
+    }
+    return {
+        "quantities": [UNCERTAIN_NAMES.get(name, name) for name in names],
+        "covariance": [[float(f"{value:.4g}") for value in row] for row in covariance.tolist()],
+        "error_kPa": {model: _rounded(error) for model, error in errors.items()},
+    }
+
+
+def _experiments(
+    content: dict[str, Any], configuration: Configuration, cylinder: str, k_0: Interval | None
+) -> dict[str, Any]:
+    """Experiments that are to run with the cylinder, by name, with the fitted k_0 if there is one.
+
+    With a k_0, experiments of one loop and signal that differed by k_0 alone become one.
+    """
+    runs = configuration.run.experiments
+    kept: dict[str, Any] = {}
+    seen: list[tuple[Any, Any]] = []
+    for name, experiment in content["experiments"].items():
+        if experiment["cylinder"] != cylinder or (runs != "all" and name not in runs):
+            continue
+        if k_0 is not None:
+            experiment.pop("lambda_0_W_per_m2K", None)
+            experiment["k_0_W_per_K"] = _rounded(k_0.value)
+        kind = experiment["loop"], experiment.get("signal")
+        if kind not in seen or k_0 is None:
+            kept[name] = experiment
+            seen.append(kind)
+    return kept

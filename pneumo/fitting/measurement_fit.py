@@ -1,0 +1,277 @@
+"""Models fitted to a measurement, the full order first; their notes, warnings, errors on another record."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.configuration.experiment import Plant
+from pneumo.configuration.parameters import Accuracy, accuracy
+from pneumo.configuration.sampling import HELD, Sampling
+from pneumo.errors import InputError
+from pneumo.fitting.engine import covariances, expected_shifts, remainder_shifts
+from pneumo.fitting.estimate import (
+    NO_PRIORS,
+    alike_notes,
+    at_temperature,
+    best_start,
+    error_line,
+    estimate,
+    first_pressures,
+    ranked,
+    split_of,
+)
+from pneumo.fitting.fit_problem import (
+    FULL,
+    Prior,
+    Problem,
+    offsets,
+    opened,
+    priors,
+    replayed_pressures,
+    with_causes,
+)
+from pneumo.fitting.fit_result import Estimate, FitResult, Reference, equally_good, fit_data
+from pneumo.fitting.fit_warnings import (
+    bounds_of_reduced,
+    disagreements,
+    doubtful,
+    early_notes,
+    fit_warnings,
+    undetermined_notes,
+)
+from pneumo.fitting.fitted_parameters import ALSO, REPORTED, STARTS
+from pneumo.fitting.position_checks import dead_volume_notes, position_shown, stop_warnings
+from pneumo.fitting.record.measurement import Measurement
+from pneumo.fitting.residuals import residuals, sensor_noise
+from pneumo.fitting.settings import DISTRUST, PART
+from pneumo.fitting.stage_signals import StageSignals, stage_signals
+from pneumo.fitting.wall_laws import wall_law_notes
+from pneumo.physics.models import MODELS
+from pneumo.physics.valve_dynamics import ValveDynamics
+
+
+class _FullOrder(NamedTuple):
+    """Full order fitted to a record, and what the reduced models get from it."""
+
+    estimate: Estimate
+    prior: Mapping[str, Prior]  # knowledge of what is configured
+    reported: tuple[str, ...]  # parameters that get an interval
+    plant: Plant  # with the causes that were found
+    record: StageSignals  # with the valve's opening
+    offsets: np.ndarray  # of the pressure sensors, Pa, by (chamber, 1)
+    reference: np.ndarray  # best known pressures without noise, Pa, by (chamber, sample)
+
+
+def fit_measurement(
+    measurement: Measurement,
+    plant: Plant,
+    models: Sequence[str],
+    *,
+    command: Sampling = HELD,
+    part: float = PART,
+    also: tuple[str, ...] = (),
+    known: Accuracy | None = None,
+    progress: Callable[[str], None] = lambda _text: None,
+) -> FitResult:
+    """Fit models to a measurement, the full order first where it can be fitted.
+
+    Parameters
+    ----------
+    command
+        Signal sampling of the command: `HELD` or `INTERPOLATED`.
+    part
+        Fraction of the record that is fitted.
+    also
+        Names of `ALSO` that are fitted without prior knowledge, with the full order; the reduced models then
+        get the corrected plant and pressures.
+    known
+        Accuracy of what is configured; by default that of `pneumo.configuration.parameters.accuracy`.
+    progress
+        Is called with a line after each model.
+
+    Raises
+    ------
+    InputError
+        If a name in `also` is not in `ALSO`, if it is the supply and that was measured, or if there are names
+        but the full order cannot be fitted.
+    """
+    m, plant = measurement, at_temperature(plant, measurement.T)
+    has_full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
+    _check_also(also, measurement, has_full)
+    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
+    split = split_of(record, part)
+    first = record.part(0, split)
+    long = long_notes(record, split, part)
+    for note in long:
+        progress(f"note: {note}")
+    known = known or accuracy(position_shown=position_shown(m, plant))
+    full = None
+    behind, reported, off, reference = (plant, record), (*REPORTED, *also), np.zeros((2, 1)), None
+    estimates: dict[str, Estimate] = {}
+    if has_full:
+        full = _full_order(record, plant, m.P, also=also, known=known, part=part, long=bool(long))
+        behind, reported = (full.plant, full.record), full.reported
+        off, reference = full.offsets, full.reference
+        estimates[FULL.name] = full.estimate
+        progress(error_line(FULL.name, full.estimate))
+    for name in models:
+        fitted = estimate(
+            MODELS[name],
+            *behind,
+            intervals=reported,
+            part=part,
+            known=known,
+            reference=reference,
+        )
+        estimates[name] = _kept(fitted, off, bool(long))
+        progress(error_line(name, fitted))
+    estimates = ranked(estimates)
+    judged = FULL if full else MODELS[next(iter(estimates))]
+    problem = Problem(
+        model=judged,
+        plant=plant,
+        signals=first,
+        fixed={},
+        also=also,
+        priors=full.prior if full else NO_PRIORS,
+    )
+    of_rig = stop_warnings(m, plant, known) + fit_warnings(problem, estimates[judged.name])
+    warnings = of_rig + disagreements(estimates)
+    if full:
+        warnings += bounds_of_reduced(estimates, reported)
+    reduced = [name for name in equally_good(estimates) if name != FULL.name]
+    starts = [name for name in STARTS if any(name in fitted.values for fitted in estimates.values())]
+    return FitResult(
+        data=fit_data(measurement, estimates, (*reported, *starts)),
+        notes=(
+            *measurement.notes,
+            *long,
+            *undetermined_notes(problem, estimates[judged.name]),
+            *early_notes(problem, estimates[judged.name]),
+            *(wall_law_notes(estimates[judged.name]) if full else ()),
+            *dead_volume_notes(m, plant, known),
+            *alike_notes(reduced),
+        ),
+        warnings=tuple(warnings),
+        held_out_from=float(measurement.t[split]),
+        of_rig=tuple(of_rig),
+        references=references(problem, known),
+    )
+
+
+def references(problem: Problem, known: Accuracy) -> dict[str, Reference]:
+    """Widths with which the intervals of a problem's parameters are compared, on the scale of the search."""
+    low, high = problem.bounds()
+    stated = {name: 2 * getattr(known, name) for name in problem.priors if name not in problem.also}
+    searched = dict(zip(problem.names, (high - low).tolist(), strict=True))
+    return {name: Reference(width, stated.get(name, np.inf)) for name, width in searched.items()}
+
+
+def _full_order(
+    record: StageSignals,
+    plant: Plant,
+    measured: np.ndarray,
+    *,
+    also: tuple[str, ...],
+    known: Accuracy,
+    part: float,
+    long: bool,
+) -> _FullOrder:
+    """Full order fitted to the first `part` of a record with the pressures `measured`, Pa.
+
+    If the residuals of the first, plain fit make it `doubtful` by `DISTRUST`, no interval is computed, and
+    the measured pressures are the reference; else the replayed pressures are.
+    """
+    first = record.part(0, split_of(record, part))
+    prior = priors(plant, first, known, sensor_noise(first.P, first.P))
+    plain = Problem(FULL, plant, first, {}, also=also, priors=prior)
+    rough = best_start(plain)
+    prior = priors(plant, first, known, sensor_noise(first.P, rough.residual * plant.conditions.P_s))
+    of_noise, _ = covariances(rough)
+    halves = remainder_shifts(rough), expected_shifts(of_noise)
+    remainder, expected = (dict(zip(plain.names, half.tolist(), strict=True)) for half in halves)
+    far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)
+    reported = tuple(dict.fromkeys((*REPORTED, *also, *prior)))
+    fitted = estimate(
+        FULL,
+        plant,
+        record,
+        intervals=() if far else reported,
+        part=part,
+        also=also,
+        prior=prior,
+        known=known,
+        start=rough.theta,
+    )
+    fitted = _kept(fitted, np.zeros((2, 1)), long)
+    off = offsets(fitted.values)
+    return _FullOrder(
+        estimate=fitted,
+        prior=prior,
+        reported=reported,
+        plant=with_causes(plant, fitted.values),
+        record=opened(record, fitted.values),
+        offsets=off,
+        reference=(measured if far else fitted.pressure) - off,
+    )
+
+
+def _kept(fitted: Estimate, off: np.ndarray, long: bool) -> Estimate:
+    """Estimate with the sensors' offsets `off`, Pa, added to its pressures.
+
+    Those of a long record are in single precision (0.03 Pa).
+    """
+    return fitted._replace(pressure=(fitted.pressure + off).astype(np.float32 if long else np.float64))
+
+
+def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
+    """Note, if the sample `split` at which the fit ends comes before the fraction `part` of the record."""
+    if split >= round(part * (record.P.shape[1] - 1)):
+        return []
+    fitted, rest = split * record.period, (record.P.shape[1] - 1 - split) * record.period
+    return [f"a long record: the first {fitted:.4g} s are fitted, the other {rest:.4g} s held out"]
+
+
+def validation(
+    fitted: FitResult, measurement: Measurement, plant: Plant, *, command: Sampling = HELD
+) -> dict[str, np.ndarray]:
+    """Root mean square errors of fitted models on another record, Pa, shape (chamber,), by model.
+
+    Only first pressures and temperatures are fitted there. `plant` is the one with which the fit began.
+    """
+    m, plant = measurement, at_temperature(plant, measurement.T)
+    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
+    values = {
+        name: {p: i.value for p, i in fitted.replayed(name).items() if p not in STARTS}
+        for name in fitted.models
+    }
+    corrected, behind = plant, record
+    if FULL.name in values:
+        corrected, behind = with_causes(plant, values[FULL.name]), opened(record, values[FULL.name])
+    errors: dict[str, np.ndarray] = {}
+    for name, fixed in values.items():
+        full = name == FULL.name
+        model, of_model = (FULL, (plant, record)) if full else (MODELS[name], (corrected, behind))
+        problem = Problem(model, *of_model, fixed)
+        replayed = replayed_pressures(problem, first_pressures(problem)[None])[0]
+        errors[name] = np.sqrt(np.mean((problem.signals.P - replayed) ** 2, axis=1))
+    return errors
+
+
+def fitted_too(also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics) -> tuple[str, ...]:
+    """Names of `ALSO` that a user asks for, each once, and the dead band where one is configured."""
+    configured = ("dead_band",) if dynamics.dead_band and measurement.m is None else ()
+    return tuple(dict.fromkeys((*also, *configured)))
+
+
+def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> None:
+    """Raise an `InputError` for a cause that cannot be fitted."""
+    for unknown in (name for name in also if name not in ALSO):
+        raise InputError(f"--also {unknown}: must be one of {', '.join(ALSO)}")
+    if "P_s" in also and measurement.P_s is not None:
+        raise InputError(f"--also P_s: {measurement.name} has the supply pressure as a column")
+    if also and not full:
+        raise InputError(
+            f"--also {also[0]}: needs the fit of the full order: the command u and a valve without leakage"
+        )

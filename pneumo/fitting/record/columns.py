@@ -1,0 +1,190 @@
+"""Columns of a measurement: which quantity each channel holds, and in which unit."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from pneumo.configuration.plain_yaml import read_yaml
+from pneumo.errors import InputError, printable
+from pneumo.fitting.record.channel import Channel
+from pneumo.fitting.record.units import PLAIN, QUANTITIES, Reading, Surroundings, is_unit, plain_unit, reading
+
+NAME = r"t|u|x|v|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
+HEADER = re.compile(
+    rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ](?P<suffix>[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?))?\s*"
+)
+SIGN_BEHIND = re.compile(rf"\s*(?P<name>{NAME})[_ ]+(?P<unit>[^\w\s].*)")  # T_°C, u_%
+IN_BRACKETS = re.compile(r"(.+?)\s*[\[(](.+)[\])]")
+FOREIGN_SIGN = re.compile(r"(.+?)[_ ]+([^\w\s]\S*)")
+PATH = re.compile(r"[^\[(]*[/.|]")  # of a signal in a tree of names
+OPTIONAL = re.compile(r"(P_s|T|v)(?![A-Za-z])")  # how a misspelt name of one may begin
+MOST_NAMED = 4  # columns that a note names
+UNNAMED = "?"  # for a column that nobody can guess
+LIKELY = {"t": "s", "u": "V", "x": "mm", **dict.fromkeys(("P_A", "P_B"), "bar")}
+LIKELY |= dict.fromkeys(("m_A", "m_B"), "kg/s")
+GUESSES = {  # names of columns in other laboratories, in small letters and digits
+    "t": re.compile(r"t|time|timestamp|zeit|temps|tempo"),
+    "u": re.compile(r"[rfbi]?(u|u?(command|cmd|ventil|valve|stell\w*|spannung|voltage))"),
+    "x": re.compile(r"[rf]?(x|s|(act)?pos(ition)?|weg|hub|lage|stroke|displacement)"),
+    "P_A": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(a|1)"),
+    "P_B": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(b|2)"),
+    "m_A": re.compile(r"[rf]?(m|q|flow|massflow)(a|1)"),
+    "m_B": re.compile(r"[rf]?(m|q|flow|massflow)(b|2)"),
+}
+
+
+class Column(BaseModel):
+    """Column of a file that holds a quantity, and its unit there."""
+
+    model_config = ConfigDict(extra="forbid")
+    column: Annotated[str, Field(min_length=1)]
+    unit: str  # of `scale` times the number in the file, plus `offset`
+    scale: Annotated[float, Field(allow_inf_nan=False)] = 1.0
+    offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
+
+    def reading(self, path: Path, quantity: str, around: Surroundings) -> Reading:
+        """Factor and offset that convert the column's numbers to SI units, and the unit in full.
+
+        `InputError` if the quantity has no such unit, or the unit is ambiguous.
+        """
+        found = reading(quantity, self.unit, around)
+        if isinstance(found, str):
+            raise InputError(f"{path}: column {printable(self.column, 30)}: {found}")
+        return found._replace(
+            factor=found.factor * self.scale, offset=found.factor * self.offset + found.offset
+        )
+
+
+Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
+MAPPING = TypeAdapter(dict[Quantity, Column])
+
+
+def read_mapping(path: Path) -> dict[str, Column]:
+    """Columns by quantity from YAML such as `P_A: {column: "pressure 1", unit: kPa}`.
+
+    `InputError` if a key is no quantity, or column or unit is missing.
+    """
+    try:
+        return {str(name): column for name, column in MAPPING.validate_python(read_yaml(path)).items()}
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        field = ".".join(str(part) for part in first["loc"] if part != "[key]")
+        expected = f"must be one of {', '.join(QUANTITIES)}, each with column and unit"
+        raise InputError(f"{path}: {printable(field)}: {expected}") from None
+
+
+def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
+    """Columns by quantity, from names such as `P_A_kPa`, `P_A [bar abs]`, `/bench/P_A (bar(g))` or `T_°C`.
+
+    The last part of a path counts where no channel has the whole name. `InputError` if two name a quantity.
+    """
+    columns: dict[str, Column] = {}
+    clocks = {channel.clock.name for channel in channels if channel.clock is not None}
+    for of_path, readable in ((False, True), (True, True), (False, False)):
+        before = dict(columns)
+        spelled = [_name_and_unit(PATH.sub("", c.name) if of_path else c.name) for c in channels]
+        times = [c.name for c, (quantity, _) in zip(channels, spelled, strict=True) if quantity == "t"]
+        plain_t = any(name.strip().startswith("t") for name in times)
+        for channel, (quantity, unit) in zip(channels, spelled, strict=True):
+            if channel.unit and unit and not is_unit(unit):
+                continue  # T_low
+            unit = channel.unit or unit
+            if quantity == "u" and not unit and _is_on_off(channel):
+                unit = "0/1"
+            known = not unit or is_unit(unit) or bool(channel.unit)
+            if not quantity or quantity in before or known != readable:
+                continue
+            if quantity == "t" and (
+                channel.name in clocks or (plain_t and not channel.name.strip().startswith("t"))
+            ):
+                continue
+            if quantity in columns:
+                both = f"{printable(columns[quantity].column, 30)!r} and {printable(channel.name, 30)!r}"
+                raise InputError(f"columns {both}: both are {quantity}")
+            columns[quantity] = Column(column=channel.name, unit=plain_unit(unit))
+    return columns
+
+
+def _is_on_off(channel: Channel) -> bool:
+    """Whether a command has two states: 0 and 1, or words such as TRUE and FALSE."""
+    import pandas as pd
+
+    states = {str(value).strip().lower() for value in pd.unique(channel.values)[:5]}
+    return states - {"", "nan"} in ({"0", "1"}, {"0.0", "1.0"}, {"true", "false"}, {"on", "off"})
+
+
+def clock_unit(clock: Channel, columns: Mapping[str, Column]) -> str:
+    """Unit of a channel's own times: of the channel, in its name, or else that of the column t."""
+    named = columns["t"].unit if "t" in columns else ""
+    if "t" in columns and columns["t"].column == clock.name:
+        return named
+    return clock.unit or _name_and_unit(clock.name)[1] or named
+
+
+def proposed_mapping(channels: Sequence[Channel], known: Mapping[str, Column], needed: Sequence[str]) -> str:
+    """YAML in one line for `read_mapping`: columns guessed by their names, `UNNAMED` for the others."""
+    proposed = {
+        quantity: column.model_copy(update={"unit": _proposed_unit(column.unit, quantity)})
+        for quantity, column in known.items()
+    }
+    free = [channel for channel in channels if channel.name not in {c.column for c in known.values()}]
+    for quantity in (quantity for quantity in needed if quantity not in known):
+        guess = GUESSES[quantity]
+        likely = (
+            c
+            for c in free
+            if guess.fullmatch(_foreign(c.name)[0]) or guess.fullmatch(_foreign(PATH.sub("", c.name))[0])
+        )
+        channel = next(likely, Channel(UNNAMED, []))  # type: ignore[arg-type]
+        free = [other for other in free if other.name != channel.name]
+        unit = plain_unit(channel.unit or _foreign(channel.name)[1])
+        proposed[quantity] = Column(column=channel.name, unit=_proposed_unit(unit, quantity))
+    entries = ({q: c.model_dump(exclude_defaults=True)} for q, c in proposed.items())
+    texts = (
+        yaml.safe_dump(entry, default_flow_style=True, allow_unicode=True, width=10**6) for entry in entries
+    )
+    return f"{{{', '.join(text.strip()[1:-1] for text in texts)}}}"
+
+
+def _proposed_unit(unit: str, quantity: str) -> str:
+    """The unit itself if it is known, `UNNAMED` for another, and the likely one where there is none."""
+    if not unit:
+        return LIKELY.get(quantity, "")
+    return unit if isinstance(reading(quantity, unit), Reading) else UNNAMED
+
+
+def unused_note(channels: Sequence[Channel], columns: Mapping[str, Column]) -> list[str]:
+    """Note on channels that were not read, those first that may be an optional one with a misspelt unit."""
+    used = {column.column for column in columns.values()}
+    clocks = {channel.clock.name for channel in channels if channel.clock is not None}
+    names = [c.name for c in channels if c.name not in used and c.name not in clocks]
+    unused = sorted(names, key=lambda name: not OPTIONAL.match(name))
+    named = ", ".join(printable(name, 30) for name in unused[:MOST_NAMED])
+    more = f" and {len(unused) - MOST_NAMED} more" if len(unused) > MOST_NAMED else ""
+    return [f"columns not used: {named}{more}"] if unused else []
+
+
+def _foreign(header: str) -> tuple[str, str]:
+    """Letters and digits of a header in lower case, and the unit behind them: in brackets, or a sign."""
+    match = IN_BRACKETS.fullmatch(header.strip()) or FOREIGN_SIGN.fullmatch(header.strip())
+    name, unit = match.groups() if match else (header, "")
+    return re.sub(r"[\W_]", "", name.lower()), unit
+
+
+def _name_and_unit(name: str) -> tuple[str, str]:
+    """Quantity and unit of a header; no quantity for another name, no unit for `P_A` or `X_Value`."""
+    name = name.translate(PLAIN)
+    match = HEADER.fullmatch(name) or SIGN_BEHIND.fullmatch(name)
+    if match is None:
+        return "", ""
+    quantity = match["name"] if match["name"] in QUANTITIES else "t"
+    parts = match.groupdict()
+    unit = (parts.get("unit") or parts.get("suffix") or "").replace("_per_s", "/s")
+    free = parts.get("suffix") or (unit if match.re is SIGN_BEHIND else "")
+    if free and not free.isalpha() and not isinstance(reading(quantity, unit), Reading):
+        return "", ""
+    return quantity, unit

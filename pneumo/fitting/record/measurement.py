@@ -1,0 +1,322 @@
+"""Reading a measurement: signals in SI units on one grid of times."""
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pneumo.configuration.experiment import Plant
+from pneumo.errors import InputError, printable
+from pneumo.fitting.record.channel import Channel, Series, numbers, place, series
+from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_mapping, unused_note
+from pneumo.fitting.record.formats import given_channels, read_channels
+from pneumo.fitting.record.plausibility import UNEVEN, check_clock, check_signals, check_velocity, events
+from pneumo.fitting.record.units import CHOICES, Surroundings
+
+SENSORS = ("x", "P_A", "P_B")
+FLOWS = ("m_A", "m_B")  # instead of u
+ORDER = ("u", *FLOWS, *SENSORS, "P_s", "v", "T")  # in which channels are listed
+OPTIONAL = ("P_s", "v", "T")
+FEWEST_ROWS = 100
+MOST_MISSING = 0.01  # fraction of a signal's samples that may be interpolated
+SHOWN = {  # factor and unit in which a channel is shown
+    **{"u": (1.0, "V"), "x": (1e3, "mm"), "v": (1.0, "m/s"), "T": (1.0, "K")},
+    **dict.fromkeys(("P_A", "P_B", "P_s"), (1e-5, "bar absolute")),
+    **dict.fromkeys(FLOWS, (1e3, "g/s")),
+}
+CUT = 0.01  # part of a record, whose loss at its ends a note names
+
+
+class Event(NamedTuple):
+    """Part of a record in which a signal is doubtful."""
+
+    quantity: str
+    kind: str  # "saturated", "dropout", "jitter" or "held"
+    begin: float  # s
+    end: float
+
+
+class Measurement(NamedTuple):
+    """Signals in SI units, uniform in time; arrays have the shape (samples,) or (chamber, samples)."""
+
+    name: str  # file that they were read from
+    period: float  # s, time between samples
+    u: np.ndarray  # V, command; zero where flows were measured instead
+    x: np.ndarray  # m, position from mid-stroke
+    P: np.ndarray  # Pa, absolute pressures of both chambers
+    v: np.ndarray | None = None  # m/s, velocity where it was measured
+    T: float = np.nan  # K, mean temperature of the surroundings; NaN where it was not measured
+    notes: tuple[str, ...] = ()  # unlikely values and changes, a sentence each
+    m: np.ndarray | None = None  # kg/s, mass flows into both chambers, where they were measured
+    closed: bool = False  # no gas flows: the valve was shut all the time
+    P_s: np.ndarray | None = None  # Pa, absolute supply pressure, where it was measured
+    begins: tuple[int, ...] = (0,)  # first samples of parts of several records, one after another
+    channels: tuple[str, ...] = ()  # how each channel was read, a line each
+    events: tuple[Event, ...] = ()
+
+    @property
+    def t(self) -> np.ndarray:
+        """Time from the first sample, s."""
+        return self.period * np.arange(len(self.u))
+
+    def since(self, begin: float) -> "Measurement":
+        """The rest of the measurement, from the time `begin` on, s."""
+        first = int(np.searchsorted(self.t, begin))
+        v, P_s = (signal if signal is None else signal[first:] for signal in (self.v, self.P_s))
+        m = self.m if self.m is None else self.m[:, first:]
+        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], v=v, P_s=P_s, m=m)
+
+
+def read_series(
+    path: Path,
+    channels: Sequence[Channel],
+    columns: Mapping[str, Column],
+    around: Surroundings,
+) -> dict[str, Series]:
+    """Signals by quantity, each at its own times. `InputError` if one of them is not usable."""
+    by_name = {channel.name: channel for channel in reversed(channels)}
+    clocks = {c.clock.name: c.clock for c in channels if c.clock is not None} | by_name
+    t = columns.get("t")
+    if t and t.column not in clocks and any(channel.clock is None for channel in channels):
+        raise InputError(f"{path}: no column {printable(t.column)!r}, which the mapping names as t")
+    found = dict[str, Series]()
+    for quantity, column in columns.items():
+        if quantity == "t":
+            continue
+        if column.column not in by_name:
+            listed = ", ".join(printable(name, 30) for name in [*by_name][:12])
+            raise InputError(
+                f"{path}: no column {printable(column.column)!r}, which the mapping names as {quantity};"
+                f" columns: {listed}"
+            )
+        channel = by_name[column.column]
+        clock = channel.clock or clocks.get(t.column if t else "")
+        if clock is None:
+            raise InputError(
+                f"{path}: no column t: must have a header such as t_s, or be named with --columns"
+            )
+        if quantity in OPTIONAL and np.isnan(numbers(path, channel, quantity)).all():
+            continue
+        read = column.reading(path, quantity, around)
+        found[quantity] = series(path, channel, quantity, clock, clock_unit(clock, columns), read)
+        if column.unit == "mA":
+            _check_loop(path, found[quantity], read.factor, read.offset)
+    return found
+
+
+def _check_loop(path: Path, signal: Series, factor: float, offset: float) -> None:
+    """Raise `InputError` if a current, mA, is not one of 4 to 20 mA."""
+    low, high = ((end - offset) / factor for end in (signal.values.min(), signal.values.max()))
+    if not 3.5 <= low <= high <= 20.6:
+        raise InputError(
+            f"{path}: column {printable(signal.channel.name, 30)}: {low:.4g} to {high:.4g} mA: of which"
+            " range? write mA 0..20, mA -20..20 or mA -10..10; mA alone is 4..20"
+        )
+
+
+def read_measurement(
+    source: Path | str | pd.DataFrame | xr.Dataset,
+    plant: Plant,
+    mapping: Mapping[str, Column] | None = None,
+    *,
+    from_end: bool = False,
+    closed: bool = False,
+) -> Measurement:
+    """Measurement from a file or table, checked against cylinder, valve and supply of the plant.
+
+    Parameters
+    ----------
+    source
+        File in one of the `FORMATS`, or a table of columns named as in a file.
+    mapping
+        Column and unit of each quantity; by default as the file's header names them.
+    from_end
+        Whether the position counts from the end where chamber A is smallest, and not from mid-stroke.
+    closed
+        Whether both chambers were closed: then neither command nor flows are needed. A record whose command
+        or flows are all zero is taken for one of closed chambers too.
+
+    Raises
+    ------
+    InputError
+        If the file or one of its values is not usable; the text names the place and what is allowed.
+    """
+    path = Path(source) if isinstance(source, Path | str) else Path("record")
+    channels = read_channels(path) if isinstance(source, Path | str) else given_channels(source)
+    columns = dict(mapping) if mapping else columns_by_header(channels)
+    measured_flow = any(quantity in columns for quantity in FLOWS)
+    driven = FLOWS if measured_flow else ("u",)
+    needed = SENSORS + (() if closed else driven)
+    _check_needed(path, channels, columns, needed)
+    around = Surroundings(plant.conditions.P_atm, plant.valve.u_max, plant.gas.R)
+    signals = read_series(path, channels, columns, around)
+    # Who gives a mapping knows what it leaves out; an empty column, as of LabVIEW's comments, says nothing.
+    filled = [c for c in channels if len(c.values) and str(c.values[0]).strip() not in ("", "nan")]
+    notes = [] if mapping else unused_note(filled, columns)
+    if from_end:
+        x = signals["x"]
+        signals["x"] = x._replace(values=x.values - plant.cylinder.stroke / 2)
+    given = [name for name in driven if name in signals]
+    if not closed and not any(signals[name].values.any() for name in given):
+        closed = True
+        notes.append(f"{', '.join(given)}: zero in every sample, so taken for closed chambers")
+    if measured_flow and "u" in signals:
+        if not closed:
+            notes.append("column u: not used, since the flows m_A and m_B were measured")
+        del signals["u"]
+    period, grid, on_time = _grid(path, signals, closed)
+    notes += on_time + check_signals(path, signals, plant, from_end, closed)
+    values = dict[str, np.ndarray]()
+    for quantity, signal in signals.items():
+        if quantity == "T":
+            continue
+        values[quantity], changed = _on_grid(signal, grid, period)
+        notes += [changed] if changed else []
+    notes += [] if closed else check_velocity(path, values, period)
+    zero = np.zeros(len(grid[1]))
+    lines, doubtful = list[str](), list[Event]()
+    for quantity, signal in sorted(signals.items(), key=lambda item: ORDER.index(item[0])):
+        lines.append(_line(signal))
+        shift = float(signal.start - grid[0])
+        doubtful += [Event(quantity, kind, a + shift, b + shift) for kind, a, b in events(signal, plant)]
+    return Measurement(
+        name=str(path),
+        period=period,
+        u=values.get("u", zero),
+        x=values["x"],
+        P=np.array([values["P_A"], values["P_B"]]),
+        v=values.get("v"),
+        T=float(np.mean(signals["T"].values)) if "T" in signals else np.nan,
+        notes=tuple(notes),
+        m=np.array([values[name] for name in FLOWS]) if measured_flow else None,
+        closed=closed,
+        P_s=values.get("P_s"),
+        channels=tuple(lines),
+        events=tuple(doubtful),
+    )
+
+
+def _check_needed(
+    path: Path, channels: Sequence[Channel], columns: Mapping[str, Column], needed: Sequence[str]
+) -> None:
+    """Raise `InputError` with a proposal for ``--columns`` if a quantity has no column."""
+    clocked = all(c.clock is not None for c in channels if c.name in {x.column for x in columns.values()})
+    needed = needed if clocked and any(c.clock is not None for c in channels) else ("t", *needed)
+    missing = [quantity for quantity in needed if quantity not in columns]
+    if not missing:
+        return
+    present = ", ".join(printable(channel.name, 30) for channel in channels[:12])
+    shut = "; if the valve was shut all the time: --closed both" if "u" in missing else ""
+    unit = CHOICES[missing[0]].split(",")[0].split(" ")[0]
+    raise InputError(
+        f"{path}: no column {', '.join(missing)}: must have a header such as {missing[0]}_{unit}, or be named"
+        f" with --columns; columns: {present}{shut}; a file for --columns, to check and complete:"
+        f" {proposed_mapping(channels, columns, needed)}"
+    )
+
+
+def _grid(
+    path: Path, signals: Mapping[str, Series], closed: bool
+) -> tuple[float, tuple[Fraction, np.ndarray], list[str]]:
+    """Period, start and times of the grid, and notes: that of the fastest sensor, where all signals are."""
+    notes, checked = list[str](), list[np.ndarray]()
+    for quantity in (name for name in (*SENSORS, *ORDER) if name in signals and name != "T"):
+        signal = signals[quantity]
+        if any(np.array_equal(signal.t, t) for t in checked):
+            continue
+        checked.append(signal.t)
+        if len(signal.t) < 2:
+            raise InputError(
+                f"{path}: column {quantity}: {len(signal.t)} samples: must be at least {FEWEST_ROWS}"
+            )
+        check_clock(path, signal, closed, sensor=quantity in SENSORS)
+    for quantity, signal in signals.items():
+        notes += _missing(path, quantity, signal)
+    fastest = min((signals[name] for name in SENSORS), key=lambda s: (s.period, -len(s.t)))
+    starts = {name: signals[name].start for name in signals if name != "T"}
+    first = max(starts.values())
+    last = min(start + Fraction(float(signals[name].t[-1])) for name, start in starts.items())
+    tolerance = UNEVEN * fastest.period
+    low, high = float(first - fastest.start) - tolerance, float(last - fastest.start) + tolerance
+    t = fastest.t[(fastest.t >= low) & (fastest.t <= high)]
+    if len(t) < FEWEST_ROWS:
+        of = "" if len(fastest.t) < FEWEST_ROWS else " that all signals have in common"
+        raise InputError(f"{path}: {len(t)} samples{of}: must be at least {FEWEST_ROWS}")
+    span = float(t[-1] - t[0])
+    absent = int(np.ptp(fastest.rows)) + 1 - len(fastest.rows)
+    count = len(t) + max(0, min(absent, round(span / fastest.period) + 1 - len(t)))
+    period = span / (count - 1)
+    longest = max(float(signals[name].t[-1]) for name in starts)
+    if float(last - first) < (1 - CUT) * longest:
+        notes.append(
+            f"all signals together last {float(last - first):.4g} s of {longest:.4g} s; the rest is not used"
+        )
+    grid = period * np.arange(count)
+    near = grid if count == len(t) else period * np.round((t - t[0]) / period)
+    uneven = float(np.max(np.abs(t - t[0] - near))) / period
+    if uneven > UNEVEN:
+        notes.append(
+            f"time is not uniform: samples deviate by up to {uneven:.2g} periods of {period:.4g} s from"
+            " a uniform grid; signals are interpolated to it"
+        )
+    return period, (fastest.start + Fraction(float(t[0])), grid), notes
+
+
+def _missing(path: Path, quantity: str, signal: Series) -> list[str]:
+    """Note on samples that a channel lacks at its own rate; `InputError` if they are many."""
+    present = np.isfinite(numbers(path, signal.channel, quantity))
+    inner = present[signal.rows[0] : signal.rows[-1] + 1]
+    if inner.all() or quantity == "T" or len(signal.t) < 3:
+        return []
+    expected = round(float(signal.t[-1]) / signal.period) + 1
+    count = min(expected - len(signal.t), int((~inner).sum()))
+    if count <= 0 or (signal.held and expected > 2 * len(signal.t)):
+        return []
+    if count > MOST_MISSING * expected:
+        row = int(signal.rows[0] + np.argmin(inner))
+        raise InputError(
+            f"{place(path, signal.channel, row, quantity)}: {count} of {expected} samples are missing: must"
+            f" be at most {100 * MOST_MISSING:g} %; take a record without them"
+        )
+    filled = "held" if signal.held else "interpolated"
+    return [f"column {quantity}: {count} of {expected} samples missing, {filled}"]
+
+
+def _on_grid(signal: Series, grid: tuple[Fraction, np.ndarray], period: float) -> tuple[np.ndarray, str]:
+    """Values at the times of the grid, held or interpolated; a note if their rate is another."""
+    t = signal.t + float(signal.start - grid[0])
+    wanted = grid[1]
+    near = np.clip(np.searchsorted(t, wanted - period / 2), 0, len(t) - 1)
+    if np.max(np.abs(t[near] - wanted)) <= UNEVEN * period:
+        return signal.values[near], ""
+    if signal.held:
+        before = np.searchsorted(t, wanted + UNEVEN * period, side="right") - 1
+        values = signal.values[np.clip(before, 0, None)]
+    else:
+        values = np.interp(wanted, t, signal.values)
+    if abs(signal.period / period - 1) < 0.1:
+        return values, ""  # jitter, or a few missing samples, which have notes of their own
+    rule = "held" if signal.held else "interpolated"
+    return values, f"{signal.quantity}: {_rate(signal)}, {rule}, resampled to {1 / period:.4g} Hz"
+
+
+def _rate(signal: Series) -> str:
+    return (
+        f"{1 / signal.period:.4g} Hz"
+        if len(signal.t) > 2 and signal.period > 0
+        else f"{len(signal.t)} samples"
+    )
+
+
+def _line(signal: Series) -> str:
+    """How a channel was read, with the range of its values."""
+    factor, unit = SHOWN[signal.quantity]
+    low, high = signal.values.min() * factor, signal.values.max() * factor
+    column = printable(signal.channel.name, 30)
+    rule = "held" if signal.held else "linear"
+    name = f"{signal.quantity}: column {column}"
+    return f"{name}, {signal.text}, {_rate(signal)}, {rule}: {low:.4g} to {high:.4g} {unit}"

@@ -1,0 +1,86 @@
+"""Residuals of a fit, split into white noise of the sensor and a rest that noise does not explain."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.fitting.fit_problem import Problem, replayed_pressures
+from pneumo.fitting.settings import COLOURED, FAR
+
+BLOCK = 0.02  # s, over which white noise averages out
+THIRD_DIFFERENCE = 0.6745 * 20**0.5  # median size of third differences of white noise with variance 1
+QUANTISED = 0.5  # distinct values over samples, below which a signal was quantised
+
+
+class Residual(NamedTuple):
+    """Residual of one pressure, Pa."""
+
+    rms: float
+    coloured: float  # rms of the part that white noise does not explain
+    noise: float  # standard deviation of the sensor's noise
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether noise does not explain the residual."""
+        return self.coloured > COLOURED * self.noise
+
+    @property
+    def far_from_noise(self) -> bool:
+        """Whether the residual is so large that no interval would mean anything."""
+        return self.coloured > FAR * self.noise
+
+
+def sensor_noise(P: np.ndarray, residual: np.ndarray) -> float:
+    """Standard deviation of the sensors' noise, Pa: root mean square of both chambers.
+
+    Measured pressures `P` and their residuals, Pa, have the shape (chamber, sample).
+    """
+    return float(np.sqrt(np.mean([noise_of(*pair) ** 2 for pair in zip(P, residual, strict=True)])))
+
+
+def noise_of(P: np.ndarray, residual: np.ndarray) -> float:
+    """Standard deviation of the noise of one pressure, Pa, from its residual.
+
+    It is computed as of white noise, from the median of third differences, which neither slow errors nor
+    outliers change. It is at least that of rounding to the steps in which P was quantised.
+    """
+    white = float(np.median(np.abs(np.diff(residual, n=3)))) / THIRD_DIFFERENCE
+    return max(white, quantum(P) / 12**0.5)
+
+
+def quantum(P: np.ndarray) -> float:
+    """Step in which a signal was quantised; 0 where none shows."""
+    levels = np.unique(P)
+    if len(levels) > QUANTISED * len(P) or len(levels) < 2:
+        return 0.0
+    return float(np.median(np.diff(levels)))
+
+
+def block_means(signal: np.ndarray, length: int) -> np.ndarray:
+    """Means over blocks of `length` samples along the last axis; a shorter rest is left out."""
+    count = signal.shape[-1] // length
+    return signal[..., : count * length].reshape(*signal.shape[:-1], count, length).mean(axis=-1)
+
+
+def residuals(problem: Problem, theta: np.ndarray) -> list[Residual]:
+    """Residuals of both pressures at a set of parameters on the scale of the search."""
+    signals = problem.signals
+    residual = signals.P - replayed_pressures(problem, theta[None])[0]
+    return split_residuals(signals.P, residual, signals.period)
+
+
+def split_residuals(P: np.ndarray, residual: np.ndarray, period: float) -> list[Residual]:
+    """Residuals of measured pressures P, split into noise and the rest.
+
+    The mean square of block means is compared with that of white noise. `P` and `residual`, Pa, have the
+    shape (chamber, sample).
+    """
+    length = max(1, round(BLOCK / period))
+    result: list[Residual] = []
+    for side in range(len(P)):
+        noise, steps = noise_of(P[side], residual[side]), quantum(P[side]) ** 2 / 12
+        # Steps do not average out where a pressure is constant.
+        excess = float(np.mean(block_means(residual[side], length) ** 2)) - max(noise**2 / length, steps)
+        rms = float(np.sqrt(np.mean(residual[side] ** 2)))
+        result.append(Residual(rms, float(np.sqrt(max(excess, 0.0))), noise))
+    return result

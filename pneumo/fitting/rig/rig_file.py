@@ -1,0 +1,236 @@
+"""A rig as its user writes it: every quantity is a number, or two numbers between which it is fitted.
+
+`QUANTITIES` is the one table of what a rig may have. Parts that are not named are not there: without
+`hose_volume_mL` there is no hose, without `dead_volume_B_mL` one chamber.
+"""
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from math import inf
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pneumo.configuration.plain_yaml import read_yaml
+from pneumo.errors import ConfigurationError, printable, shown
+from pneumo.fitting import fitted_parameters
+from pneumo.physics.gases import GASES
+from pneumo.physics.valve import Gas
+
+SENSORS = ("valve", "chamber")  # ends of a hose
+UNITS = {  # by the end of a key: factor to SI units, SI unit, and unit in tables
+    "": (1.0, "1", ""),
+    "L": (1e-3, "m3", "L"),
+    "mL": (1e-6, "m3", "mL"),
+    "mm": (1e-3, "m", "mm"),
+    "ms": (1e-3, "s", "ms"),
+    "s": (1.0, "s", "s"),
+    "K": (1.0, "K", "K"),
+    "bar": (1e5, "Pa", "bar"),
+    "dm3_per_sbar": (1e-8, "m3 s-1 Pa-1", "dm³/(s bar)"),
+    "W_per_K": (1.0, "W K-1", "W/K"),
+    "J_per_K": (1.0, "J K-1", "J/K"),
+}
+Ends = tuple[float, float]  # of a quantity; equal where it is known
+
+
+class Quantity(NamedTuple):
+    """Quantity that a rig may have; its key in the file is name_unit."""
+
+    unit: str
+    low: float  # least allowed, in that unit
+    high: float
+    default: float | None  # in that unit; None: absent
+    meaning: str
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "volume": Quantity("L", 1e-6, 1e6, None, "a vessel's; for a cylinder bore and dead volume instead"),
+    "bore": Quantity("mm", 1, 1e4, None, "piston diameter"),
+    "rod": Quantity("mm", 0, 1e4, 0, "diameter of a rod in this chamber"),
+    "dead_volume": Quantity("mL", 0.01, 1e7, None, "of the chamber at the smallest x of the record"),
+    "k_0": Quantity("W_per_K", 0, 1e4, 0, "conductance from gas to wall at the start"),
+    "store_k": Quantity("W_per_K", 0, 1e4, 0, "conductance from the gas to a heat store beside it"),
+    "store_c": Quantity("J_per_K", 0, 1e7, 0, "heat capacity of that store; 0: none"),
+    "store_back": Quantity("W_per_K", 0, 1e4, 0, "conductance from the store to the wall"),
+    "n": Quantity("", 0.1, 10, None, "polytropic index, of models that have one; [1, gamma] by default"),
+    "hose_volume": Quantity("mL", 0.01, 1e6, None, "of a line between valve and chamber"),
+    "hose_C": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance by ISO 6358, inward"),
+    "hose_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent"),
+    "hose_out_over_in": Quantity("", 1e-3, 1e3, 1, "its C outward over inward: a throttle with check valve"),
+    "hose_k": Quantity("W_per_K", 0, 1e4, 0, "conductance from the line's gas to its wall"),
+    "valve_C_in": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "of an open on/off valve, from the supply"),
+    "valve_C_out": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "of a closed one, out"),
+    "valve_b": Quantity("", 0.01, 0.99, None, "critical ratio of both; eq (1) where absent"),
+    "valve_b_out": Quantity("", 0.01, 0.99, None, "critical ratio outward; as valve_b where absent"),
+    "valve_opening_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that opens it to the first flow"),
+    "valve_closing_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that closes it"),
+    "valve_opening": Quantity("ms", 0.01, 1e4, 1, "time that it takes to open"),
+    "valve_closing": Quantity("ms", 0.01, 1e4, 1, "time that it takes to close"),
+    "silencer_volume": Quantity("mL", 0.01, 1e6, None, "of a silencer behind each exhaust of the valve"),
+    "silencer_C": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance to the atmosphere"),
+    "silencer_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent"),
+    "orifice": Quantity("mm", 1e-3, 1e3, None, "diameter of an opening to the surroundings, never shut"),
+    "C_d": Quantity("", 1e-3, 10, 1, "its discharge coefficient"),
+    "orifice_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent"),
+    "P_s": Quantity("bar", 0.01, 500, None, "absolute supply pressure"),
+    "supply_volume": Quantity("L", 1e-6, 1e6, None, "of a supply that sags; infinite where absent"),
+    "regulator_C": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "from a source at P_s into that volume"),
+    "regulator_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent"),
+    "P_surroundings": Quantity("bar", 1e-3, 500, 1.01325, "absolute pressure of the atmosphere"),
+    "T_surroundings": Quantity("K", 100, 1000, 293.15, "of walls, supply and atmosphere"),
+    "P_start": Quantity("bar", 1e-3, 500, None, "before the first sample; the surroundings' where absent"),
+    "T_start": Quantity(
+        "K", 100, 1000, None, "of the gas at the first sample; the surroundings' where absent"
+    ),
+    "T_lag": Quantity("s", 0, 1e3, 0, "lag of the thermometer in the gas, of first order"),
+    "dead_volume_B": Quantity(
+        "mL", 0.01, 1e7, None, "of the other chamber on the same 5/2 valve, at the largest x of the record"
+    ),
+    **{
+        f"{name}_B": Quantity(unit, low, high, None, f"of the other chamber; as {name} where absent")
+        for name, unit, low, high in (
+            ("rod", "mm", 0, 1e4),
+            ("k_0", "W_per_K", 0, 1e4),
+            ("hose_volume", "mL", 0.01, 1e6),
+            ("hose_C", "dm3_per_sbar", 1e-4, 1e3),
+            ("valve_C_in", "dm3_per_sbar", 1e-4, 1e3),
+            ("valve_C_out", "dm3_per_sbar", 1e-4, 1e3),
+            ("T_start", "K", 100, 1000),
+        )
+    },
+    "P_start_B": Quantity("bar", 1e-3, 500, None, "of the other chamber before a pulse; P_s where absent"),
+}
+TOGETHER = (  # either all of a row or none
+    ("bore", "dead_volume"),
+    ("hose_volume", "hose_C"),
+    ("valve_C_in", "valve_C_out", "P_s"),
+    ("supply_volume", "regulator_C"),
+    ("silencer_volume", "silencer_C"),
+)
+ONE_OF = (("volume", "bore"),)
+AT_MOST_ONE = (("orifice", "valve_C_in"),)  # neither: the gas is shut in
+OF_B = tuple(name for name in QUANTITIES if name.endswith("_B"))
+NEEDS = (  # the second of a row, where the first is given
+    ("dead_volume_B", "bore"),
+    ("dead_volume_B", "valve_C_in"),
+    *((name, "dead_volume_B") for name in OF_B if name != "dead_volume_B"),
+    ("silencer_volume", "valve_C_out"),
+    ("supply_volume", "valve_C_in"),
+    ("hose_b", "hose_volume"),
+    ("valve_b", "valve_C_in"),
+    ("valve_b_out", "valve_C_in"),
+    ("silencer_b", "silencer_volume"),
+    ("orifice_b", "orifice"),
+    ("regulator_b", "supply_volume"),
+    ("hose_volume_B", "hose_volume"),
+    ("hose_C_B", "hose_volume"),
+)
+TEXTS = {"gas": tuple(GASES), "sensor": SENSORS}
+
+
+def key(name: str) -> str:
+    """Key of a quantity in a file, with its unit."""
+    unit = QUANTITIES[name].unit
+    return f"{name}_{unit}" if unit else name
+
+
+def factor(name: str) -> float:
+    """Factor from the unit of a quantity's key to SI units."""
+    return UNITS[QUANTITIES[name].unit][0]
+
+
+def fitted_quantity(name: str) -> fitted_parameters.Quantity:
+    """Names and units of a fitted quantity, in warnings and tables."""
+    _, unit, shown = UNITS[QUANTITIES[name].unit]
+    return fitted_parameters.Quantity(key(name), name, unit, shown, 1 / factor(name))
+
+
+class Rig(NamedTuple):
+    """Quantities of a rig, known or fitted, in SI units, with its gas and sensor."""
+
+    gas: Gas
+    sensor: str  # end of the hose at which the pressure is measured
+    ends: dict[str, Ends]  # of every quantity that it has
+
+    def has(self, name: str) -> bool:
+        """Whether the rig has a quantity that may be absent."""
+        return name in self.ends
+
+    def changed(self, **ends: Ends | float) -> "Rig":
+        """The rig with other quantities, SI units: each two ends, or one number if the quantity is known."""
+        pairs = {name: end if isinstance(end, tuple) else (end, end) for name, end in ends.items()}
+        return self._replace(ends=self.ends | pairs)
+
+    def without(self, *names: str) -> "Rig":
+        """The rig without some quantities."""
+        return self._replace(ends={name: ends for name, ends in self.ends.items() if name not in names})
+
+
+def read_rig(file: Path) -> Rig:
+    """Rig from a YAML file.
+
+    Raises
+    ------
+    ConfigurationError
+        With one line that names file, field, value and what is allowed.
+    """
+    return rig(read_yaml(file), printable(str(file), 300))
+
+
+def rig(content: Mapping[str, Any], source: str) -> Rig:
+    """Rig from the content of a file; `source` is its name in messages."""
+    names = {key(name): name for name in QUANTITIES}
+    known = (*TEXTS, *names)
+    for word in content:
+        if word not in known:
+            near = "".join(f", perhaps {name}" for name in get_close_matches(str(word), known, 1))
+            problem = f"unknown key{near}; known keys: {', '.join(known)}"
+            raise ConfigurationError(f"{source}: {printable(str(word))}: {problem}")
+    texts: dict[str, str] = {}
+    for word, choices in TEXTS.items():
+        text = content.get(word, choices[0])
+        if text not in choices:
+            raise ConfigurationError(f"{source}: {word} = {shown(text)}: must be {' or '.join(choices)}")
+        texts[word] = text
+    ends: dict[str, Ends] = {}
+    for word, name in names.items():
+        quantity = QUANTITIES[name]
+        if word in content:
+            low, high = _ends(content[word], quantity, f"{source}: {word}")
+            ends[name] = factor(name) * low, factor(name) * high
+        elif quantity.default is not None:
+            ends[name] = factor(name) * quantity.default, factor(name) * quantity.default
+    for together in TOGETHER:
+        absent = [name for name in together if name not in ends]
+        if absent and len(absent) < len(together):
+            all_keys = ", ".join(key(name) for name in together)
+            raise ConfigurationError(f"{source}: {key(absent[0])}: missing; {all_keys}: give all or none")
+    for first, second in ONE_OF + AT_MOST_ONE:
+        neither = first not in ends and second not in ends
+        if (first in ends and second in ends) or (neither and (first, second) in ONE_OF):
+            other = key(second)
+            problem = (
+                f"conflicts with {other}; give only one" if first in ends else f"missing; or give {other}"
+            )
+            raise ConfigurationError(f"{source}: {key(first)}: {problem}")
+    for name, needed in NEEDS:
+        if name in ends and needed not in ends:
+            raise ConfigurationError(f"{source}: {key(name)}: needs {key(needed)}, which is missing")
+    gas = GASES[texts["gas"]]
+    ends.setdefault("n", (1.0, gas.gamma))
+    ends.setdefault("P_start", ends["P_surroundings"])
+    ends.setdefault("T_start", ends["T_surroundings"])
+    return Rig(gas, texts["sensor"], ends)
+
+
+def _ends(value: Any, quantity: Quantity, field: str) -> Ends:
+    """Ends of a quantity, in the unit of its key; equal if the value in the file is one number."""
+    pair = value if isinstance(value, list) else [value, value]
+    numbers = [x for x in pair if isinstance(x, int | float) and not isinstance(x, bool) and -inf < x < inf]
+    inside = all(quantity.low <= x <= quantity.high for x in numbers)
+    if len(pair) != 2 or len(numbers) != 2 or not inside or numbers[0] > numbers[1]:
+        raise ConfigurationError(
+            f"{field} = {shown(value)}: must be a number, or a list of two in ascending order, [low, high],"
+            f" to fit it between them; each at least {quantity.low:g} and at most {quantity.high:g}"
+        )
+    return float(numbers[0]), float(numbers[1])

@@ -1,0 +1,295 @@
+"""Models of one volume of gas fitted to the runs of a rig, and judged on points that the fit did not use."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.fitting.engine import Solution, covariances, parameter_interval, slopes, solve
+from pneumo.fitting.estimate import ranked
+from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, rms_of_chambers
+from pneumo.fitting.rig.rig_file import Rig, factor, fitted_quantity, key
+from pneumo.fitting.rig.rig_record import Points, Run, halves
+from pneumo.fitting.rig.rig_replay import ADIABATIC, RIG_MODELS, WALL, replay_run, rms, run_errors
+from pneumo.fitting.settings import C_D, FEW_POINTS, HOSE_HELPS, PART, PART_OF_RUNS
+from pneumo.physics.models import MODELS
+
+P_SCALE, T_SCALE = 1e3, 1.0  # Pa and K, by which residuals are divided
+FAR = 1e3  # residual where there is no replay
+STARTS = (0.5, 0.3, 0.15, 0.95)  # between the two ends, on a logarithmic scale where both are positive
+OFF_END = 0.01  # distance from the ends, of the same kind, at which a search begins
+ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
+SLOPE_STEP = 1e-6  # of finite differences
+POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
+LEAST_HOSE = 1e-3  # of a vessel's volume: the gas of a smaller hose is nothing beside the vessel's
+MOST_SHOWN = 2000  # samples of a pressure in the result
+
+
+def fitted_names(rig: Rig, model: str) -> list[str]:
+    """Quantities of a rig that are fitted with a model."""
+    names = [name for name, (low, high) in rig.ends.items() if low < high]
+    row = MODELS.get(model)
+    if row is None or not row.has_n:
+        names = [name for name in names if name != "n"]
+    if (row is not None and row.wall == "none") or model == ADIABATIC:
+        names = [name for name in names if name not in WALL]
+    return [name for name in names if name != "T_lag" or row is None]
+
+
+class RigProblem(NamedTuple):
+    """Least squares of a model; parameters run from 0 to 1 between their ends."""
+
+    rig: Rig
+    model: str
+    runs: Sequence[Run]
+    names: tuple[str, ...]
+    temperature: bool = False  # whether measured temperatures are fitted too
+
+    def values(self, theta: np.ndarray) -> dict[str, float]:
+        """All quantities, SI units."""
+        ends = self.rig.ends
+        fitted = {
+            name: ends[name][0] + float(part) * (ends[name][1] - ends[name][0])
+            for name, part in zip(self.names, theta, strict=True)
+        }
+        return {name: low for name, (low, _) in ends.items()} | fitted
+
+    def bounds(self) -> np.ndarray:
+        """Bounds of the search, shape (2, parameter)."""
+        return np.array([np.zeros(len(self.names)), np.ones(len(self.names))])
+
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Measured minus replayed, over `P_SCALE` or `T_SCALE`, shape (1, point); `FAR` without replay."""
+        parts, values = list[np.ndarray](), self.values(theta)
+        for run in self.runs:
+            P, T = run_errors(self.rig, self.model, values, run)
+            parts += [P / P_SCALE, T / T_SCALE] if self.temperature else [P / P_SCALE]
+        all_errors = np.concatenate(parts)
+        return np.where(np.isfinite(all_errors), -all_errors, FAR)[None]
+
+    def jacobian(self, theta: np.ndarray) -> np.ndarray:
+        """Derivative of the replayed values, shape (1, point, parameter)."""
+        return slopes(self.residual, theta, self.bounds(), SLOPE_STEP)
+
+    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nothing is known beforehand but the ends."""
+        return theta, np.zeros(len(theta))
+
+    def start(self, position: float) -> np.ndarray:
+        """Parameters at a relative position, 0 to 1, between their ends.
+
+        The position is on a logarithmic scale where both ends are positive.
+        """
+        theta = list[float]()
+        for name in self.names:
+            low, high = self.rig.ends[name]
+            at = low * (high / low) ** position if low > 0 else low + position * (high - low)
+            theta.append((at - low) / (high - low))
+        return np.array(theta)
+
+    def solve(self, near: Mapping[str, float] | None = None, alone: bool = False) -> Solution:
+        """Lowest sum of squares that a search finds from several starts.
+
+        `near`, values of another fit, are one more start, or with `alone` the only one.
+        """
+        starts = [] if alone else [self.start(position) for position in STARTS]
+        if near is not None:
+            ends = self.rig.ends
+            parts = [(near[name] - ends[name][0]) / (ends[name][1] - ends[name][0]) for name in self.names]
+            starts.insert(0, np.clip(parts, OFF_END, 1 - OFF_END))
+        return min((solve(self, start) for start in starts), key=lambda found: found.squares)
+
+
+def fit_rig(
+    rig: Rig,
+    model: str,
+    runs: Sequence[Run],
+    temperature: bool = False,
+    near: Mapping[str, float] | None = None,
+    alone: bool = False,
+) -> Estimate:
+    """Estimate of a model from some runs; `near` and `alone` as in `RigProblem.solve`.
+
+    Intervals do not include an error of the model itself. A parameter on one of its ends has none.
+    """
+    problem = RigProblem(rig, model, runs, tuple(fitted_names(rig, model)), temperature)
+    best = problem.solve(near, alone)
+    values, both = problem.values(best.theta), covariances(best)
+    low, high = dict[str, float](), dict[str, float]()
+    on_end = tuple(
+        name for name, part in zip(problem.names, best.theta, strict=True) if not ON_END < part < 1 - ON_END
+    )
+    for i, name in enumerate(problem.names):
+        lowest, highest = rig.ends[name]
+        ends = parameter_interval(problem, best, i, both, logarithmic=False)
+        low[name], high[name] = (
+            lowest + part * (highest - lowest) if np.isfinite(part) and name not in on_end else np.nan
+            for part in ends
+        )
+    errors = errors_of_runs(rig, model, values, runs)
+    return Estimate(values, low, high, errors, np.full_like(errors, np.nan), np.empty(0), at_bound=on_end)
+
+
+def errors_of_runs(rig: Rig, model: str, values: Mapping[str, float], runs: Sequence[Run]) -> np.ndarray:
+    """Root mean square errors of the pressures at all points of some runs, Pa, by chamber."""
+    parts = [np.split(run_errors(rig, model, values, run)[0], len(run.pressures)) for run in runs]
+    return np.array([rms(np.concatenate(side)) for side in zip(*parts, strict=True)])
+
+
+def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
+    """Warning of a hose between valve and chamber that the rig lacks, if it would lower the error much.
+
+    `runs` are those that were fitted, `lowest` is the lowest error of a model there, Pa.
+    """
+    if not rig.has("valve_C_in") or rig.has("hose_volume"):
+        return []
+    smallest, largest = POSSIBLE_HOSE["hose_volume"]
+    smallest = max(smallest, LEAST_HOSE * rig.ends.get("volume", (0.0, 0.0))[0])
+    if smallest >= largest:
+        return []
+    possible = POSSIBLE_HOSE | {"hose_volume": (smallest, largest)}
+    line = fit_rig(rig.changed(**possible), "full order", runs)
+    if (left := rms_of_chambers(line.rms)) > HOSE_HELPS * lowest:
+        return []
+    words = " and ".join(map(key, POSSIBLE_HOSE))
+    volume, C = (line.values[name] / factor(name) for name in POSSIBLE_HOSE)
+    return [
+        f"a hose of {volume:.3g} mL and {C:.3g} dm3/(s bar) between valve and chamber would bring the error"
+        f" from {lowest / 1e3:.3g} to {left / 1e3:.3g} kPa: add {words}"
+    ]
+
+
+def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
+    """Runs, or points of a single run, that are fitted."""
+    if len(runs) > 1:
+        return runs[: max(1, round(PART_OF_RUNS * len(runs)))]
+    t = runs[0].P.t
+    last = t[0] + (PART * np.ptp(t) if len(t) > FEW_POINTS else np.inf)
+    return [runs[0].within(-np.inf, last)]
+
+
+def judged(
+    rig: Rig,
+    model: str,
+    runs: Sequence[Run],
+    temperature: bool = False,
+    near: Mapping[str, float] | None = None,
+) -> Estimate:
+    """Estimate of a model, with its error on points held out.
+
+    Of several runs, the first are fitted and the others held out. Of a single run with many points, the later
+    ones are held out. Of one with few points, every second is held out, then the others; the estimate itself
+    is from all points.
+    """
+    used = fitted_runs(runs)
+    estimate = fit_rig(rig, model, used, temperature, near)
+    if len(runs) > 1:
+        held_out = errors_of_runs(rig, model, estimate.values, runs[len(used) :])
+    elif len(used[0].P.t) < len(runs[0].P.t):
+        later = runs[0].within(used[0].P.t[-1], np.inf)
+        held_out = errors_of_runs(rig, model, estimate.values, [later])
+    else:
+        (run,), parts = runs, list[np.ndarray]()
+        for chosen, others in (halves(run.P), halves(run.P)[::-1]):
+            part = fit_rig(rig, model, [run._replace(P=chosen)], temperature, estimate.values, alone=True)
+            parts.append(run_errors(rig, model, part.values, run._replace(P=others))[0])
+        held_out = np.array([rms(np.concatenate(parts))])
+    return estimate._replace(held_out=held_out)
+
+
+def judged_models(
+    rig: Rig,
+    runs: Sequence[Run],
+    models: Sequence[str] = RIG_MODELS,
+    temperature: bool = False,
+    progress: Callable[[str], None] = lambda _text: None,
+) -> FitResult:
+    """Several models fitted to a rig's runs, with the last run as it was measured and as they replay it.
+
+    Besides the variables of every fit, there are `rms_temperature`, K, by model and, where temperatures were
+    measured, `T`, K, by t_T and `temperature`, K, by (model, t_T).
+    """
+    estimates = dict[str, Estimate]()
+    for model in models:
+        best = min(estimates.values(), key=lambda e: rms_of_chambers(e.rms), default=None)
+        estimates[model] = judged(rig, model, runs, temperature, best and best.values)
+        fitted, left = (rms_of_chambers(e) / 1e3 for e in (estimates[model].rms, estimates[model].held_out))
+        progress(f"{model}: {fitted:.2f} kPa fitted, {left:.2f} held out")
+    estimates, run, used = ranked(estimates), runs[-1], fitted_runs(runs)
+    off_T = [
+        np.concatenate([run_errors(rig, model, e.values, run)[1] for run in runs])
+        for model, e in estimates.items()
+    ]
+    replays = {model: replay_run(rig, model, e.values, run) for model, e in estimates.items()}
+    measured = [thinned(P) for P in run.pressures]
+    t = measured[0].t
+    names = [name for name, (low, high) in rig.ends.items() if low < high]
+    quantities = {name: fitted_quantity(name) for name in names}
+    shown = {
+        model: e._replace(
+            values={name: e.values[name] for name in fitted_names(rig, model)},
+            pressure=np.array([np.interp(t, *P) for P in replays[model].pressures]),
+        )
+        for model, e in estimates.items()
+    }
+    K = {"units": "K"}
+    data = estimates_data(shown, {name: quantity.unit for name, quantity in quantities.items()})
+    data = data.assign_coords(t=("t", t, {"units": "s"})).assign(
+        P=(("chamber", "t"), [np.interp(t, *P) for P in measured], {"units": "Pa"}),
+        x=("t", np.interp(t, run.t, run.x), {"units": "m"}),
+        rms_temperature=("model", [rms(T) if len(T) else np.nan for T in off_T], K),
+    )
+    if run.T is not None:
+        T = [np.interp(run.T.t, *replayed.T) for replayed in replays.values()]
+        data = data.assign_coords(t_T=("t_T", run.T.t, {"units": "s"})).assign(
+            T=("t_T", run.T.values, K), temperature=(("model", "t_T"), T, K)
+        )
+    lowest = min(rms_of_chambers(e.rms) for e in estimates.values())
+    return FitResult(
+        data=data,
+        notes=(how_judged(runs),),
+        warnings=(*rig_warnings(rig, used, lowest), *unphysical(rig, shown)),
+        held_out_from=0.0 if len(runs) > 1 else float(used[0].P.t[-1]),
+        quantities=quantities,
+        of="rig",
+    )
+
+
+def how_judged(runs: Sequence[Run]) -> str:
+    """Sentence on what was fitted, and what models are ranked by."""
+    if len(runs) > 1:
+        return (
+            "the first quarter of the pulses was fitted; models are ranked by their error on the others,"
+            " which they replay from rest"
+        )
+    if len(fitted_runs(runs)[0].P.t) == len(runs[0].P.t):
+        return (
+            "models are ranked by their error on every second point, fitted on the others, both ways;"
+            " estimates are from all points"
+        )
+    return (
+        "the first part of the run was fitted; models are ranked by their error on the rest, which they"
+        " replay from the run's start"
+    )
+
+
+def unphysical(rig: Rig, estimates: Mapping[str, Estimate]) -> list[str]:
+    """Warnings of an n or a discharge coefficient that no gas and no orifice has, by model."""
+    physical = {"n": (1.0, rig.gas.gamma), "C_d": C_D}
+    return [
+        f"{model}: {name} = {e.values[name]:.3g} is not from {low:g} to {high:g}: not physical"
+        for model, e in estimates.items()
+        for name, (low, high) in physical.items()
+        if name in e.values and not low <= e.values[name] <= high
+    ]
+
+
+def thinned(points: Points) -> Points:
+    """Every k-th of some points, so that at most `MOST_SHOWN` remain."""
+    return points.part(np.arange(len(points.t)) % max(1, -(-len(points.t) // MOST_SHOWN)) == 0)
+
+
+def values_of(fit: FitResult, rig: Rig, model: str) -> dict[str, float]:
+    """All quantities of a rig with the estimates of a model, SI units."""
+    found = {name: interval.value for name, interval in fit.estimates(model).items()}
+    return {name: low for name, (low, _) in rig.ends.items()} | found

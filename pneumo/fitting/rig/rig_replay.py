@@ -1,0 +1,212 @@
+"""A run of a rig as a model replays it: chambers, lines, silencers and supply as a network of gas."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumo.fitting.rig.rig_file import Rig
+from pneumo.fitting.rig.rig_record import Points, Run
+from pneumo.physics.cylinder import wetted_area
+from pneumo.physics.models import MODELS, full_order_lane
+from pneumo.physics.valve import choked_flow
+from pneumo.simulation.gas_network import Link, Node, law, replay
+
+ADIABATIC = "full order, adiabatic"
+FULL = {  # full order by its wall: exponents of A_q / A_q0 and of PT / (P_0 T_0)
+    ADIABATIC: (0.0, 0.0),
+    "full order": (0.0, 0.0),
+    "full order, eq (7)": (1.0, 0.5),
+}
+RIG_MODELS = (*MODELS, *FULL)
+ISO_RHO, ISO_T = 1.185, 293.15  # kg/m^3 and K, the reference of a sonic conductance
+WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k", "k_0_B")
+
+
+def mean_opening(t: np.ndarray, begin: float, lasts: float) -> np.ndarray:
+    """Fraction, 0 to 1, by which a valve is open, by sample, as a mean over the steps beside each sample.
+
+    The valve starts to open at `begin` and takes `lasts`, both s; `t` is uniform. The weights of the mean
+    fall linearly from the sample to its neighbours, where they are 0. So the fraction has the exact integral
+    over time, and is smooth in `begin` and `lasts`, which a search needs (decision 153).
+    """
+    h = t[1] - t[0]
+    since = np.clip(t - begin, -h, lasts + h)  # shut before, open after
+
+    def twice_integrated(s: np.ndarray) -> np.ndarray:
+        a, b = np.maximum(s, 0.0), np.maximum(s - lasts, 0.0)
+        return (a - b) * (a**2 + a * b + b**2) / (6 * lasts)
+
+    return np.diff([twice_integrated(since + step) for step in (-h, 0.0, h)], n=2, axis=0)[0] / h**2
+
+
+def valve_opening(rig: Rig, values: Mapping[str, float], run: Run) -> np.ndarray:
+    """Fraction, 0 to 1, by which the on/off valve of a rig is open, by sample; 0 without a valve."""
+    v, t = values, run.t
+    if not rig.has("valve_C_in"):
+        return np.zeros_like(t)
+    opened = mean_opening(t, run.on + v["valve_opening_delay"], v["valve_opening"])
+    closed = mean_opening(t, run.off + v["valve_closing_delay"], v["valve_closing"])
+    return np.clip(opened - closed, 0.0, 1.0)
+
+
+class RigReplay(NamedTuple):
+    """A run as a model replays it, at the samples of the run's inputs."""
+
+    P: Points  # Pa, at the sensor
+    T: Points  # K, of the chamber's gas, as the thermometer reads it
+    T_store: Points  # K, of the heat store beside the gas
+    P_B: Points | None  # Pa, at the sensor of the other chamber
+
+    @property
+    def pressures(self) -> tuple[Points, ...]:
+        """Pressures by chamber."""
+        return (self.P,) if self.P_B is None else (self.P, self.P_B)
+
+
+class Network(NamedTuple):
+    """Arguments of `replay` for a run of a rig: nodes are chambers, their lines, silencers, and the supply.
+
+    Volumes are linear in the position, areas in the valve's opening.
+    """
+
+    nodes: list[Node]
+    links: list[Link]
+    surroundings: list[tuple[float, float]]  # atmosphere, then the source
+    volumes: np.ndarray  # m^3, by (node, sample)
+    areas: np.ndarray  # m^2, by (link, sample)
+    area_ratios: np.ndarray  # by (node, sample)
+    chambers: int
+    sensor: int  # node of the first chamber's pressure; those of the others follow
+
+
+def network(rig: Rig, model: str, values: Mapping[str, float], run: Run, is_open: np.ndarray) -> Network:
+    """Network of a rig with the volumes and areas of a run.
+
+    `is_open` is the fraction, 0 to 1, by which the valve is open, by sample.
+    """
+    v, gas = values, rig.gas
+    t, T_amb, P_atm = run.t, v["T_surroundings"], v["P_surroundings"]
+    C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
+    row = MODELS.get(model)
+    lane = law(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, 1.0, *FULL[model])
+    warm = model != ADIABATIC
+    sides = ("", "_B") if rig.has("dead_volume_B") else ("",)
+    has_valve = rig.has("valve_C_in")
+    supplied = has_valve and rig.has("supply_volume")
+    lines = len(sides) * rig.has("hose_volume")
+    silencers = len(sides) * rig.has("silencer_volume")
+    count = len(sides) + lines + silencers + supplied
+    atmosphere, source = count, count + 1  # the surroundings follow the nodes
+    supply = count - 1 if supplied else source
+    surroundings = [(P_atm, T_amb), (v["P_s"], T_amb)] if has_valve else [(P_atm, T_amb)]
+
+    def of(name: str, side: str) -> float:
+        """Quantity of a chamber; that of A where B has none of its own."""
+        return v.get(name + side, v[name])
+
+    nodes, volumes, ratios, links, areas = ([] for _ in range(5))
+    hoses, hose_volumes = list[Node](), list[np.ndarray]()
+    for number, side in enumerate(sides):
+        P_start = v["P_start"] if not side else v.get("P_start_B", v["P_s"])
+        T_start = of("T_start", side)
+        walls = [of("k_0", side), *(v[name] for name in WALL[1:4])]
+        chamber = Node(lane, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
+        nodes.append(chamber)
+        ratio = np.ones_like(t)
+        if rig.has("volume"):
+            volume = np.full_like(t, v["volume"])
+        else:
+            x = run.travel - run.x if side else run.x
+            volume = of("dead_volume", side) + np.pi / 4 * (v["bore"] ** 2 - of("rod", side) ** 2) * x
+            area = wetted_area(volume, np.array(v["bore"]))
+            ratio = area / area[0]
+        volumes.append(volume)
+        ratios.append(ratio)
+        port = number  # node at the valve
+        if lines:
+            port = len(sides) + number
+            hoses.append(chamber._replace(k_0=v["hose_k"] * warm, k_store=0.0, c_store=0.0, k_back=0.0))
+            hose_volumes.append(np.full_like(t, of("hose_volume", side)))
+            links.append(Link(port, number, v.get("hose_b", np.nan), v["hose_out_over_in"]))
+            areas.append(np.full_like(t, C * of("hose_C", side)))
+        if rig.has("orifice"):
+            links.append(Link(port, atmosphere, v.get("orifice_b", np.nan)))
+            areas.append(np.full_like(t, v["C_d"] * np.pi / 4 * v["orifice"] ** 2))
+        elif has_valve:
+            to_supply = 1.0 - is_open if side else is_open
+            b = v.get("valve_b", np.nan)
+            exhaust = len(sides) + lines + number if silencers else atmosphere
+            links += [Link(supply, port, b), Link(port, exhaust, v.get("valve_b_out", b))]
+            areas += [C * of("valve_C_in", side) * to_supply, C * of("valve_C_out", side) * (1.0 - to_supply)]
+    nodes += hoses
+    volumes += hose_volumes
+    for number in range(silencers):
+        nodes.append(Node(lane=lane, P=P_atm, T=T_amb, P_0=P_atm, T_0=T_amb, T_wall=T_amb))
+        volumes.append(np.full_like(t, v["silencer_volume"]))
+        links.append(Link(len(sides) + lines + number, atmosphere, v.get("silencer_b", np.nan)))
+        areas.append(np.full_like(t, C * v["silencer_C"]))
+    if supplied:
+        nodes.append(
+            Node(
+                lane=law(None, 1.0, gas.gamma),
+                P=v["P_s"],
+                T=T_amb,
+                P_0=v["P_s"],
+                T_0=T_amb,
+                T_wall=T_amb,
+            )
+        )
+        volumes.append(np.full_like(t, v["supply_volume"]))
+        links.append(Link(source, supply, v.get("regulator_b", np.nan)))
+        areas.append(np.full_like(t, C * v["regulator_C"]))
+    ratios += [np.ones_like(t)] * (count - len(sides))
+    sensor = len(sides) if lines and rig.sensor == "valve" else 0
+    arrays = np.array(volumes), np.array(areas), np.array(ratios)
+    return Network(nodes, links, surroundings, *arrays, len(sides), sensor)
+
+
+def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
+    """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K."""
+    of_rig = network(rig, model, values, run, valve_opening(rig, values, run))
+    nodes, links, surroundings, volumes, areas, ratios, chambers, sensor = of_rig
+    states = replay(nodes, links, surroundings, volumes, areas, rig.gas, run.h, ratios)
+    t = run.t
+    return RigReplay(
+        Points(t, states.P[sensor]),
+        Points(t, lagged(states.T[0], values["T_lag"], run.h)),
+        Points(t, states.T_store[0]),
+        Points(t, states.P[sensor + 1]) if chambers > 1 else None,
+    )
+
+
+def lagged(T: np.ndarray, lag: float, h: float) -> np.ndarray:
+    """Reading of a thermometer with a lag of first order, s; T is linear between samples."""
+    if lag == 0:
+        return T
+    shrink = np.exp(-h / lag)
+    reading = T.copy()
+    for k in range(1, len(T)):
+        slope = (T[k] - T[k - 1]) / h
+        reading[k] = T[k] - slope * lag + (reading[k - 1] - T[k - 1] + slope * lag) * shrink
+    return reading
+
+
+def errors(replayed: Points, measured: Points) -> np.ndarray:
+    """Replayed minus measured values at the measured times."""
+    return np.interp(measured.t, replayed.t, replayed.values) - measured.values
+
+
+def rms(values: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def run_errors(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Errors of pressure, Pa, and temperature, K, at the points of a run; empty where none was measured.
+
+    The pressure's errors are those of the first chamber, then those of the other.
+    """
+    replayed = replay_run(rig, model, values, run)
+    P = [errors(*pair) for pair in zip(replayed.pressures, run.pressures, strict=True)]
+    return np.concatenate(P), errors(replayed.T, run.T) if run.T is not None else np.empty(0)

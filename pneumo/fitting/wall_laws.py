@@ -1,0 +1,73 @@
+"""Laws of a wall's conductance that explain a record: their fits, their weights, and the mean over them.
+
+Nobody knows the law of a cylinder's wall: its conductance may be constant, or follow the area, or area and
+root of P T, as the full order has it. All follow a record closely, but the sensors' noise mostly tells which.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneumo.fitting.engine import Solution
+from pneumo.fitting.fit_problem import FULL, Problem, fit
+from pneumo.fitting.fit_result import Estimate
+from pneumo.fitting.fitted_parameters import STARTS
+from pneumo.fitting.settings import AS_GOOD, LAWS_ALIKE
+from pneumo.physics.models import Wall
+
+# As a note says them, the full order's first.
+WALL_LAWS: dict[Wall, str] = {
+    FULL.wall: "in proportion to its area and the root of P T",
+    "k_0": "constant",
+    "lambda_0 A_q": "in proportion to its area",
+}
+
+
+def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:
+    """Fits by law of the wall: first the full order's law, then the other laws that fit about as well.
+
+    The minimum of another law may be far along the valley of b, C and k_0, so each is searched from the
+    minimum of the full order's law and from the configured values.
+    """
+    fits: dict[Wall, Solution] = {}
+    for wall in WALL_LAWS:
+        of_law = problem._replace(model=FULL._replace(wall=wall))
+        searches = [best] if wall == FULL.wall else [fit(of_law, start=start) for start in (best.theta, None)]
+        fits[wall] = min(searches, key=lambda found: found.squares)
+    most = AS_GOOD**2 * min(fitted.squares for fitted in fits.values())
+    return {wall: fitted for wall, fitted in fits.items() if wall == FULL.wall or fitted.squares <= most}
+
+
+def likelihoods(fits: Sequence[Solution]) -> np.ndarray:
+    """Likelihoods of fits if the sensors' noise is white, divided by their sum.
+
+    The noise's variance is from differences of the best fit's residual from sample to sample, which slow
+    errors hardly change.
+    """
+    squares = np.array([fitted.squares for fitted in fits])
+    noise = float(np.mean(np.diff(fits[int(squares.argmin())].residual, axis=1) ** 2)) / 2
+    weights = np.exp(-(squares - squares.min()) / (2 * max(noise, np.finfo(float).tiny)))
+    return weights / weights.sum()
+
+
+def averaged_shift(problem: Problem, laws: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Shift of the parameters from the full order's law to the mean over laws, on the scale of the search.
+
+    `laws` has the shift to each law, shape (law, parameter), `weights` are from `likelihoods`. First
+    pressures and temperatures do not shift.
+    """
+    start = np.array([name in STARTS for name in problem.names])
+    return np.where(start, 0.0, weights @ laws)
+
+
+def wall_law_notes(full: Estimate) -> list[str]:
+    """Note on the wall's law where the estimate of k_0 is not that of the full order's law."""
+    replayed = full.values["k_0"]
+    if not full.averaged or abs(full.averaged["k_0"] / replayed - 1) <= LAWS_ALIKE:
+        return []
+    best = max(full.laws, key=lambda law: full.laws[law])
+    return [
+        f"a wall whose conductance is {WALL_LAWS[best]} fits the record best; estimates are means over"
+        " laws of the wall, weighted by likelihood. Replays of the full order, and so `fitted.yaml`, have a"
+        f" conductance {WALL_LAWS[FULL.wall]}, with k_0 = {replayed:.3g} W/K"
+    ]

@@ -1,0 +1,192 @@
+"""Fits to a rig: parameters of an independent simulation come back, and what a rig lacks is named."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from independent_rig import BORE, CLOSES, OPENS, simulated
+
+from paper.study.measured_air import as_skin, as_store
+from pneumo.fitting.rig.rig_file import key, rig
+from pneumo.fitting.rig.rig_fit import fit_rig, fitted_names, judged_models
+from pneumo.fitting.rig.rig_record import Points, Run, commanded, edges, pulses, vessel_run
+from pneumo.fitting.rig.rig_replay import replay_run, run_errors
+
+ABOUT = {
+    "bore_mm": 1e3 * BORE,
+    "dead_volume_mL": [1, 100],
+    "k_0_W_per_K": [0, 5],
+    "valve_C_in_dm3_per_sbar": [0.1, 5],
+    "valve_C_out_dm3_per_sbar": [0.1, 5],
+    "valve_b": 0.5283,
+    "valve_opening_ms": 1e3 * OPENS,
+    "valve_closing_ms": 1e3 * CLOSES,
+    "P_s_bar": [4, 9],
+}
+HOSE = {"hose_volume_mL": [0.5, 50], "hose_C_dm3_per_sbar": [0.1, 5], "hose_b": 0.5283}
+TANK = {"volume_L": 10, "orifice_mm": 2, "C_d": [0.5, 1], "k_0_W_per_K": [0, 20], "P_start_bar": 8}
+
+
+def test_of_the_other_chamber_what_is_not_named_is_as_of_the_first():
+    about = {name: value for name, value in (ABOUT | HOSE).items() if not isinstance(value, list)}
+    about |= {"dead_volume_mL": 12, "valve_C_in_dm3_per_sbar": 1.2, "valve_C_out_dm3_per_sbar": 1}
+    about |= {"P_s_bar": 6, "hose_volume_mL": 6, "hose_C_dm3_per_sbar": 0.9, "dead_volume_B_mL": 20}
+    t = np.arange(120) * 1e-3
+    points = Points(t, np.full(120, 1e5))
+    run = Run(1e-3, np.linspace(0, 0.08, 120), 0.02, 0.08, points, P_B=points, travel=0.08)
+
+    def both(**more):
+        rig_of_both = rig(about | more, "test")
+        values = {name: low for name, (low, _) in rig_of_both.ends.items()}
+        return np.array([P.values for P in replay_run(rig_of_both, "full order", values, run).pressures])
+
+    usual = both()
+    assert usual[0, 0] == 101325.0 and usual[1, 0] == 6e5  # vented, and filled from the supply
+    assert usual[1, 15] > 5.9e5  # until the valve switches
+    assert usual[0].max() > 4e5 and usual[1].min() < 4e5
+    same = both(hose_volume_B_mL=6, hose_C_B_dm3_per_sbar=0.9, valve_C_in_B_dm3_per_sbar=1.2, rod_B_mm=0)
+    np.testing.assert_array_equal(same, usual)
+    for name, value in (("hose_volume_B_mL", 12), ("rod_B_mm", 16), ("P_start_B_bar", 5)):
+        other = both(**{name: value})
+        np.testing.assert_array_equal(other[0], usual[0])
+        assert np.abs(other[1] - usual[1]).max() > 1e3, name
+
+
+def test_a_supply_that_sags_is_shared_by_both_chambers():
+    about = ABOUT | {"supply_volume_L": 0.2, "regulator_C_dm3_per_sbar": 0.05, "P_s_bar": 6}
+    about |= {"dead_volume_mL": 12, "k_0_W_per_K": 0.5, "valve_C_in_dm3_per_sbar": 1}
+    about |= {"valve_C_out_dm3_per_sbar": 1}
+    t = np.arange(120) * 1e-3
+    points = Points(t, np.full(120, 1e5))
+    run = Run(1e-3, np.linspace(0, 0.08, 120), 0.02, 0.08, points, P_B=points, travel=0.08)
+
+    def filled(**more):
+        known = rig(about | more, "test")
+        values = {name: low for name, (low, _) in known.ends.items()}
+        return replay_run(known, "full order", values, run).P.values
+
+    alone, with_other = filled(), filled(dead_volume_B_mL=20)
+    # What the other chamber drew before the valve switched, and draws after, is missing in this one.
+    assert np.abs(with_other - alone).max() > 1e3
+
+
+@pytest.mark.parametrize("model", ["M8", "full order"])
+def test_a_silencer_holds_pressure_back_and_a_wide_one_is_none(model):
+    known = {name: value for name, value in ABOUT.items() if not isinstance(value, list)}
+    known |= {"dead_volume_mL": 40, "valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
+    run = Run(1e-3, np.zeros(200), 0.02, 0.08, Points(np.arange(200) * 1e-3, np.full(200, 1e5)))
+
+    def vented(**more):
+        of_rig = rig(known | more, "test")
+        values = {name: low for name, (low, _) in of_rig.ends.items()}
+        return replay_run(of_rig, model, values, run).P.values
+
+    def silenced(volume, C, **more):
+        return vented(silencer_volume_mL=volume, silencer_C_dm3_per_sbar=C, **more)
+
+    without = vented()
+    # A hundred times as wide as the valve, and 1/40 of the chamber's volume.
+    np.testing.assert_allclose(silenced(1, 100), without, rtol=2e-3)
+    narrow = silenced(1, 1)
+    # Until the valve closes, only what leaves while it opens differs.
+    np.testing.assert_allclose(narrow[:80], without[:80], rtol=5e-3)
+    assert (narrow[95:140] > 1.05 * without[95:140]).all()
+    # Two equal restrictions in series, by ISO 6358: 0.65 to 0.75 of one's C, as b is from 0.5 to 0.2. By the
+    # time to fall from 4 to 2 bar, which is inverse to C.
+    fall = [np.ptp(np.interp([-4e5, -2e5], -P[80:], np.arange(120))) for P in (without, narrow)]
+    assert 0.6 < fall[0] / fall[1] < 0.8
+    assert np.abs(silenced(1, 1, silencer_b=0.2) - narrow).max() > 1e3
+    assert np.abs(vented(valve_b_out=0.2) - without).max() > 1e3
+
+
+def test_a_skin_of_the_wall_is_a_store_beside_the_gas_with_other_numbers():
+    about = {**TANK, "C_d": 0.8}
+    skin = {"store_k": 5.0, "store_back": 3.0, "store_c": 40.0, "k_0": 0.0}
+    store = as_store(skin)
+    assert store["store_back"] == 0 and store["k_0"] == pytest.approx(15 / 8)  # both in series
+    assert as_skin(store) == pytest.approx(skin)
+    skin, store, alone = (
+        rig(about | {key(name): value for name, value in values.items()}, "test")
+        for values in (skin, store, {"k_0": store["k_0"]})
+    )
+    t = np.linspace(0.2, 60, 20)
+    run = vessel_run(Points(t, np.zeros(20)))
+    replays = [
+        replay_run(known, "full order", {name: low for name, (low, _) in known.ends.items()}, run).P.values
+        for known in (skin, store, alone)
+    ]
+    # Both are the same linear response; steps are of fifth order.
+    np.testing.assert_allclose(replays[0], replays[1], rtol=1e-6)
+    assert np.abs(replays[2] - replays[1]).max() > 1e3
+
+
+def tank(k=3.0, C_d=0.8, lag=0.0, T=True):
+    known = rig(TANK | {"C_d": C_d, "k_0_W_per_K": k, "T_lag_s": lag}, "test")
+    t = np.linspace(0.2, 60, 20)
+    run = vessel_run(Points(t, np.zeros(20)), Points(t, np.zeros(20)) if T else None)
+    values = {name: low for name, (low, _) in known.ends.items()}
+    P, gas = run_errors(known, "full order", values, run)
+    return run._replace(P=Points(t, P), T=Points(t, gas) if T else None)
+
+
+def test_a_vessel_behind_a_valve_gets_its_own_parameters_back():
+    about = {"volume_L": 0.5, "P_s_bar": 7, "k_0_W_per_K": 1, "valve_opening_ms": 4}
+    truth = rig(about | {"valve_C_in_dm3_per_sbar": 0.8, "valve_C_out_dm3_per_sbar": 1.5}, "test")
+    t = np.arange(1200) * 5e-3
+    nothing = Run(5e-3, np.zeros(1200), 0.1, 3.0, Points(t, np.zeros(1200)))
+    P, _ = run_errors(truth, "full order", {name: low for name, (low, _) in truth.ends.items()}, nothing)
+    assert np.ptp(P) > 5e5
+    fitted = rig(about | {"valve_C_in_dm3_per_sbar": [0.1, 5], "valve_C_out_dm3_per_sbar": [0.1, 5]}, "test")
+    values = fit_rig(fitted, "full order", [nothing._replace(P=Points(t, P))]).values
+    # The same model made the points: what is left is where least squares ends.
+    assert values["valve_C_in"] == pytest.approx(0.8e-8, rel=1e-4)
+    assert values["valve_C_out"] == pytest.approx(1.5e-8, rel=1e-4)
+
+
+def test_a_thermometers_lag_is_fitted_with_the_temperature():
+    run = tank(lag=4.0)
+    with_lag = rig(TANK | {"T_lag_s": [0, 20]}, "test")
+    assert fit_rig(with_lag, "full order", [run], temperature=True).values["T_lag"] == pytest.approx(
+        4, rel=1e-3
+    )
+    assert "T_lag" not in fitted_names(with_lag, "M8")
+
+
+def test_edges_of_a_pressure_are_those_of_its_command():
+    _, _, u, P = simulated(pulses=2)
+    by_edges, by_command = edges(P), commanded(u)
+    assert len(by_edges) == len(by_command) == 2
+    for (on, off), (told_on, told_off) in zip(by_edges, by_command, strict=True):
+        # The valve opens in 3 ms, and the hose takes some more; it closes within 4 ms.
+        assert 0 <= on - told_on < 3 and 0 < off - told_off < 12
+    for first, second in pairwise(by_edges):
+        assert second[0] - first[0] == pytest.approx(500, abs=0.5)
+
+
+def test_runs_begin_at_rest_and_hold_one_pulse():
+    t, x, u, P = simulated(pulses=2)
+    measured = pulses(t, x, P, u)
+    for run in measured:
+        calm = run.P.values[: round(run.on / run.h) - 1]
+        assert np.ptp(calm) < 8 * 0.3e3 and run.x.min() >= 0
+        assert run.P.values.max() > 5e5 and run.off > run.on
+
+
+def test_a_vessels_own_parameters_come_back_with_the_run_and_its_replay():
+    run = tank()
+    fit = judged_models(rig(TANK | {"n": [0.5, 6]}, "test"), [run], ["M5", "full order"])
+    assert fit.models == ["full order", "M5"]
+    # The same model made the points: what is left is where least squares ends.
+    estimates = fit.estimates("full order")
+    assert estimates["C_d"].value == pytest.approx(0.8, rel=1e-4)
+    assert estimates["k_0"].value == pytest.approx(3.0, rel=1e-3)
+    best = fit.data.sel(model="full order")
+    assert best["rms_held_out"].max() < 10 and best["rms_temperature"] < 0.01
+    np.testing.assert_array_equal(fit.data["P"].sel(chamber="A"), run.P.values)
+    np.testing.assert_allclose(best["pressure"].sel(chamber="A"), run.P.values, atol=10)
+    np.testing.assert_allclose(best["temperature"], run.T.values, atol=0.01)
+    assert fit.data["rms_held_out"].sel(model="M5").max() > 1e3
+    # A free n and C_d of a model without wall heat take up the heat that the vessel's gas was given.
+    assert any(text.startswith("M5: n = ") and "not physical" in text for text in fit.warnings)
+    assert not any("full order" in text for text in fit.warnings)
+    assert fit.held_out_from == run.P.t[-1] and "every second point" in fit.notes[0]

@@ -1,0 +1,211 @@
+"""A rig's record cut into runs: edges between samples, times, the smoothed position, what is left out."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from pneumo.errors import InputError
+from pneumo.fitting.rig.rig_file import rig
+from pneumo.fitting.rig.rig_record import (
+    AFTER,
+    BEFORE,
+    FALLEN,
+    RISEN,
+    edges,
+    pulses,
+    read_runs,
+)
+
+H = 1e-3
+T = H * np.arange(1200)
+LOW, HIGH = 1e5, 6e5
+
+
+def pulse(begins, t=T):
+    """Pressure that rises on a line for 0.2 s, holds, and falls on a line for 0.1 s."""
+    return LOW + (HIGH - LOW) * np.interp(t - begins, [0.0, 0.2, 0.3, 0.4], [0.0, 1.0, 1.0, 0.0])
+
+
+def command(t=T):
+    return 5.0 * ((t > 0.0995) & (t < 0.2995))
+
+
+@pytest.mark.parametrize("late", [0.0, 0.25, 0.5, 0.9])
+def test_edges_are_interpolated_between_samples(late):
+    ((begin, end),) = edges(pulse(0.1 + late * H))
+    # Samples from 0.1 s on, as the lines cross the levels: rounding is left.
+    assert begin == pytest.approx(100 + late + RISEN * 200, abs=1e-6)
+    assert end == pytest.approx(100 + late + 300 + (1 - FALLEN) * 100, abs=1e-6)
+
+
+def test_a_small_pulse_and_one_that_does_not_end_are_no_pulses():
+    both = np.concatenate([pulse(0.1), LOW + 0.5 * (pulse(0.1) - LOW)])
+    assert len(edges(both)) == 1
+    ((begin, end),) = edges(both[::-1].copy())  # the small one first
+    assert begin > len(T) and end > begin
+    assert edges(pulse(0.1)[:350]) == []
+
+
+def test_a_pulse_ends_where_it_last_falls_through_its_level_even_at_once():
+    dip = pulse(0.1) - 0.5 * (HIGH - LOW) * ((T > 0.32) & (T < 0.35))
+    assert edges(dip) == pytest.approx(edges(pulse(0.1)))
+    block = np.where((T > 0.1) & (T < 0.3), HIGH, LOW)
+    ((begin, end),) = edges(block)
+    inside = np.flatnonzero(block == HIGH)
+    assert begin == pytest.approx(inside[0] - 1 + RISEN) and end == pytest.approx(inside[-1] + 1 - FALLEN)
+
+
+def test_a_run_has_the_records_period_and_begins_and_ends_at_rest():
+    (run,) = pulses(T, np.zeros_like(T), pulse(0.1), command())
+    assert run.h == pytest.approx(H, rel=1e-12)
+    np.testing.assert_allclose(run.P.t, H * np.arange(len(run.x)), rtol=1e-12)
+    np.testing.assert_array_equal(run.t, run.P.t)
+    assert (run.on, run.off - run.on) == pytest.approx((BEFORE, 0.2), rel=1e-9)
+    np.testing.assert_array_equal(run.P.values, pulse(0.1)[90 : 90 + len(run.x)])
+    # It ends a while after the pressure has come back to 1.5 % of its range, within one sample.
+    assert run.P.t[-1] == pytest.approx(0.01 + 0.4 - RISEN * 0.1 + AFTER, abs=H)
+    calm = 300 + int(np.argmax(pulse(0.1)[300:] <= LOW + RISEN * (HIGH - LOW)))
+    assert len(run.x) == calm + 30 - 90 + 1
+
+
+def test_only_whole_pulses_are_runs():
+    two = np.concatenate([pulse(0.1), pulse(0.1)])
+    u, x = np.tile(command(), 2), np.zeros(2 * len(T))
+    t = H * np.arange(2 * len(T))
+    assert len(pulses(t, x, two, u)) == 2
+    cut = slice(None, len(T) + 400)  # within the second
+    assert len(pulses(t[cut], x[cut], two[cut], u[cut])) == 1
+    with pytest.raises(InputError, match="no whole pulse"):
+        pulses(T, np.zeros_like(T), np.full_like(T, LOW), 0 * T)
+
+
+def test_a_position_is_smoothed_and_counts_from_its_smallest():
+    true = 0.03 * (1 - np.cos(8 * T))
+    noisy = 0.5 + true + np.random.default_rng(3).normal(0.0, 2e-5, len(T))
+    (run,) = pulses(T, noisy, pulse(0.1), command(), P_B=pulse(0.2))
+    error = run.x - true[90 : 90 + len(run.x)]
+    # Of samples that are 1 ms apart in a motion of 8 rad/s, smoothing leaves a small part of the noise.
+    assert np.std(error) < 0.5 * 2e-5
+    assert run.travel == pytest.approx(0.06, abs=5e-5) and run.x.min() >= 0
+    np.testing.assert_array_equal(run.P_B.values, pulse(0.2)[90 : 90 + len(run.x)])
+
+
+VESSEL = rig({"volume_L": 10, "P_surroundings_bar": 1.1}, "test")
+
+
+def written(folder, **columns):
+    pd.DataFrame(columns).to_csv(folder / "tank.csv", index=False)
+    return folder / "tank.csv"
+
+
+def test_a_gauge_pressure_is_above_the_rigs_surroundings_and_times_count_from_the_first_row(tmp_path):
+    t = [7.0, 8.0, 9.5, 10.0, 11.0, 12.0]
+    P = [5.0, 4.0, np.nan, 3.0, 2.0, 1.0]
+    (run,) = read_runs(written(tmp_path, t_s=t, P_A_barg=P), VESSEL)
+    assert run.P.t.tolist() == [0.0, 1.0, 3.0, 4.0, 5.0]
+    assert run.P.values == pytest.approx([6.1e5, 5.1e5, 4.1e5, 3.1e5, 2.1e5], rel=1e-12)
+    line = rig({"volume_L": 10, "P_surroundings_bar": 0.04}, "test")  # to a vacuum pump: gauges know no line
+    (run,) = read_runs(written(tmp_path, t_s=t, P_A_barg=-np.array(P) / 10), line)
+    assert run.P.values[0] == pytest.approx(101325 - 0.5e5)
+    with pytest.raises(InputError, match=r"P_A_bar: down to -5e\+05 Pa absolute: must be positive"):
+        read_runs(written(tmp_path, t_s=t, P_A_bar=-np.array(P)), line)
+
+
+@pytest.mark.parametrize(
+    ("t", "P", "said"),
+    [
+        ([0, 1, 2, 3], [1, 1, 1, 1], "no column P_A with at least 5 numbers"),
+        ([0, 1, 2, 3, 4], [1, 1, np.nan, 1, 1], "no column P_A with at least 5 numbers"),
+        ([0, 1, 2, 2, 3], [1, 1, 1, 1, 1], "t: must be numbers that increase from row to row"),
+        ([0, 1, 2, np.nan, 3, 4], [1, 1, 1, 1, 1, 1], "line 5, column t: 'empty': must be a finite number"),
+        ([0, 1, 2, 3, 4], [1, 1, 1, 1, 1], ""),
+    ],
+)
+def test_points_are_five_or_more_at_times_that_increase(t, P, said, tmp_path):
+    file = written(tmp_path, t_s=np.array(t, float), P_A_bar=np.array(P, float))
+    if said:
+        with pytest.raises(InputError) as error:
+            read_runs(file, VESSEL)
+        assert str(error.value) == f"{file}: {said}"
+    else:
+        assert len(read_runs(file, VESSEL)[0].P.t) == 5
+
+
+FILLED = {"volume_L": 10, "valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 7}
+
+
+def test_a_vessel_behind_a_valve_is_cut_into_its_pulses_with_the_temperature(tmp_path):
+    t, warm = T + 3.0, np.where(np.arange(len(T)) % 50 == 0, 300 + T, np.nan)
+    file = written(tmp_path, t_s=t, P_A_bar=1e-5 * pulse(0.1), u_V=command(), T_K=warm)
+    (run,) = read_runs(file, rig(FILLED, "test"))
+    assert (run.x == 0).all() and (run.on, run.off) == pytest.approx((BEFORE, BEFORE + 0.2), abs=1e-9)
+    begins = 0.1 - BEFORE
+    of_gas = np.arange(0.1, begins + run.t[-1], 0.05)
+    assert run.T.t == pytest.approx(of_gas - begins, abs=1e-9)
+    assert run.T.values == pytest.approx(300 + of_gas, abs=1e-9)
+    cold = written(
+        tmp_path, t_s=t, P_A_bar=1e-5 * pulse(0.1), u_V=command(), T_K=np.where(T < 0.05, 300, np.nan)
+    )
+    assert read_runs(cold, rig(FILLED, "test"))[0].T is None  # none within the pulse
+
+
+def test_a_vessel_behind_a_valve_needs_its_command_or_edges(tmp_path):
+    file = written(tmp_path, t_s=T, P_A_bar=1e-5 * pulse(0.1))
+    with pytest.raises(InputError) as error:
+        read_runs(file, rig(FILLED, "test"))
+    assert str(error.value) == (
+        f"{file}: no column u: a vessel behind an on/off valve needs it; or --command edges"
+    )
+    assert len(read_runs(file, rig(FILLED, "test"), from_edges=True)) == 1
+
+
+TIMES, WARM = np.arange(6.0), np.full(6, 293.0)
+
+
+@pytest.mark.parametrize(
+    ("variables", "said"),
+    [
+        ({"T": ("t_T", WARM)}, "no column P_A with at least 5 numbers"),
+        ({"P": ("t_P", np.empty(0))}, "column P: 0 samples"),
+        ({"P": ("t_P", 1e5 + TIMES), "t_P": ("t_P", TIMES[::-1])}, "t: must be numbers that increase"),
+        (
+            {"P": ("t_P", WARM), "T": ("t_T", WARM), "t_T": ("t_T", np.nan * TIMES)},
+            "sample 0, column t: 'empty': must be a finite number",
+        ),
+        ({"P": ("i", WARM), "t_P": ("j", TIMES[1:])}, "no column t with at least 5 numbers"),
+    ],
+)
+def test_pressures_and_temperatures_at_their_own_times_are_checked(variables, said, tmp_path):
+    file = tmp_path / "tank.nc"
+    times = {dim: (dim, TIMES[: len(values)]) for dim, values in variables.values() if dim[:2] == "t_"}
+    xr.Dataset(times | variables).to_netcdf(file)
+    with pytest.raises(InputError) as error:
+        read_runs(file, VESSEL)
+    assert str(error.value).startswith(f"{file}: {said}") and "\n" not in str(error.value)
+
+
+def test_what_is_missing_at_its_own_time_was_not_measured_there(tmp_path):
+    P, T = np.where(TIMES == 2, np.nan, 1e5 + TIMES), np.nan * TIMES
+    data = xr.Dataset({"P": ("t_P", P), "T": ("t_T", T), "t_P": ("t_P", TIMES), "t_T": ("t_T", TIMES)})
+    data.to_netcdf(tmp_path / "tank.nc")
+    (run,) = read_runs(tmp_path / "tank.nc", VESSEL)
+    assert run.P.t.tolist() == [0.0, 1.0, 3.0, 4.0, 5.0] and run.T is None
+
+
+@pytest.mark.parametrize("late", [0.0, 1e-3])
+def test_a_valves_record_is_read_where_its_samples_are_equally_spaced(late, tmp_path):
+    t = 1e-3 * np.arange(400)
+    on = (t > 0.05) & (t < 0.2)
+    t[200:] += late  # s, one sample that is a whole period late
+    columns = {"t_s": t, "u_V": 5.0 * on, "x_mm": np.full(400, 10.0), "P_A_bar": 1.0 + 2.0 * on}
+    file = tmp_path / "valve.csv"
+    pd.DataFrame(columns).to_csv(file, index=False)
+    valve = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
+    chamber = rig({"bore_mm": 25, "dead_volume_mL": 5} | valve, "test")
+    if late:
+        with pytest.raises(InputError, match=r"valve\.csv: t: samples must be equally spaced, within 2 %"):
+            read_runs(file, chamber)
+    else:
+        (pulse,) = read_runs(file, chamber)
+        assert pulse.P.values.max() == pytest.approx(3e5)

@@ -1,0 +1,48 @@
+"""Causes of doubt: each changes the replay as it should, and is named where the rig has it."""
+
+import numpy as np
+import pytest
+
+from pneumo.fitting.fit_problem import as_logged
+from pneumo.fitting.valve_signal import behind_valve, valve_signal
+
+VALVE = {"dead_time": 0.0, "lag": 0.0, "null": 0.0}
+
+
+def test_pressures_behind_a_filter_follow_its_exact_response():
+    t = 1e-3 * np.arange(60)
+    ramp = np.maximum(t - 0.01, 0.0)
+    logged = as_logged(ramp[None], 1e-3, {"filter": 3e-3})[0]
+    exact = np.where(ramp > 0, ramp - 3e-3 * -np.expm1(-ramp / 3e-3), 0.0)
+    np.testing.assert_allclose(logged, exact, atol=1e-12)
+    steady = np.full((1, 5), 7.0)
+    np.testing.assert_allclose(as_logged(steady, 1e-3, {"filter": 3e-3}), steady, rtol=1e-12)
+
+
+def test_pressures_are_earlier_where_x_is_late():
+    P = np.arange(20.0)[None]
+    late, early = (as_logged(P, 1e-3, {"skew": sign * 2.5e-3}) for sign in (1, -1))
+    # Before the first sample and after the last the pressure is taken to hold.
+    np.testing.assert_allclose(late, np.minimum(P + 2.5, 19.0))
+    np.testing.assert_allclose(early, np.maximum(P - 2.5, 0.0))
+    np.testing.assert_array_equal(as_logged(P, 1e-3, {}), P)
+
+
+def test_a_valve_with_play_and_dead_band_opens_late():
+    u = np.array([0.0, 1.0, 2.0, 1.5, 0.0, -1.0])
+    stages = np.repeat(u[:, None], 3, axis=1)
+    played = behind_valve(stages, 1e-3, VALVE | {"hysteresis": 0.5})[:, 0]
+    np.testing.assert_allclose(played, [0.0, 0.5, 1.5, 1.5, 0.5, -0.5], atol=1e-5)  # a lag of none is 1 ns
+    banded = behind_valve(stages, 1e-3, VALVE | {"dead_band": 0.5})[:, 0]
+    np.testing.assert_allclose(banded, [0.0, 0.5, 1.5, 1.0, 0.0, -0.5], atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("dead_time", "expected"),  # steps; means over each step of the command that many steps before
+    [(1.5, [1.0, 1.0, 1.5, 3.0]), (-1.5, [3.0, 3.5, 3.0, 3.0])],
+)
+def test_before_and_after_the_record_the_command_is_taken_to_hold(dead_time, expected):
+    u, h = np.array([1.0, 2.0, 4.0, 3.0]), 1e-3
+    shifted = valve_signal(u, h, dead_time=dead_time * h, lag=0.0, null=0.0)
+    np.testing.assert_allclose(shifted, expected, atol=1e-5)  # a lag of none is 1 ns
+    assert valve_signal(u, h, dead_time=0.0, lag=5 * h, null=0.0)[0] == u[0]  # at rest where it begins

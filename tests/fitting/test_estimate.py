@@ -1,0 +1,107 @@
+"""Fits: exact signals give the truth back, derivatives are right, intervals hold or are open."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from synthetic_records import synthetic_record
+
+from pneumo.errors import InputError
+from pneumo.fitting.engine import covariances, expected_shifts, larger
+from pneumo.fitting.estimate import estimate, split_of
+from pneumo.fitting.fit_problem import FULL, Problem, fit, replayed_pressures, settled
+from pneumo.fitting.stage_signals import smoothing, stage_signals
+from pneumo.physics.models import MODELS
+
+MOVED = [0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01]  # beside the guess
+
+
+@pytest.fixture(scope="module")
+def known():
+    return synthetic_record(8, "M7")
+
+
+def record_of(known, x=None, P=None):
+    x, P = known.x if x is None else x, known.P if P is None else P
+    return stage_signals(known.period, known.u, x, P, known.configured)
+
+
+def problem_of(known, model, record=None):
+    record = record or record_of(known)
+    row = FULL if model == "full" else MODELS[model]
+    return Problem(row, known.configured, record.part(0, split_of(record)), {})
+
+
+def test_an_estimate_does_not_depend_on_rounding():
+    """Replays are smooth in the parameters, also where a chamber rests at the pressure of its port."""
+    problem = problem_of(synthetic_record(9012), "full")
+    rng, found = np.random.default_rng(0), []
+    for size in (0.0, 1e-12, 1e-12):
+        start = problem.guess() + size * rng.normal(size=len(problem.names))
+        found.append(settled(problem, fit(problem, start=start)))
+    first, *others = found
+    half = expected_shifts(larger(covariances(first)))
+    for other in others:
+        assert np.all(np.abs(other.theta - first.theta) < 0.03 * half)
+
+
+@pytest.mark.parametrize("model", ["M7", "M10"])
+def test_replayed_pressures_give_their_parameters_back(model):
+    problem = problem_of(synthetic_record(8, model), model)
+    theta = problem.guess() + MOVED
+    P = replayed_pressures(problem, theta[None])[0]
+    exact = problem._replace(signals=problem.signals._replace(P=P))
+    found = fit(exact, tolerance=1e-12)
+    np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
+
+
+@settings(max_examples=20)
+# 0.1 to 1 % of full scale, which is 2 here; below, ever more of the noise passes for motion.
+@given(noise=st.floats(2e-3, 2e-2), seed=st.integers(0, 1000))
+def test_smoothing_finds_the_noise(noise, seed):
+    t = np.arange(2000) * 1e-3
+    x = np.sin(5 * t) + np.random.default_rng(seed).normal(0, noise, len(t))
+    _, found = smoothing(x, 1e-3)
+    # A variance of 2000 samples has a standard error of 3 %, its root half of that: five of these.
+    assert found == pytest.approx(noise, rel=0.08)
+
+
+@pytest.mark.slow
+def test_interval_of_a_reduced_model_allows_for_its_own_error():
+    known = synthetic_record(9012)  # the full order's
+    record, held = record_of(known), []
+    full = estimate(FULL, known.configured, record, intervals=())
+    of_k_0 = {"intervals": ("k_0",)}
+    for reference in (None, full.pressure):
+        found = estimate(MODELS["M8"], known.configured, record, reference=reference, **of_k_0)
+        held.append(not known.truth.k_0 > found.high["k_0"])
+    # Noise hides that M8 is off; the full order shows it.
+    assert held == [False, True]
+
+
+def test_a_leaking_valve_is_refused_in_one_line(known):
+    leaking = known.configured._replace(valve=known.configured.valve._replace(leak=1e-8))
+    with pytest.raises(InputError, match=r"^valve: leak = 1e-08 m2.*leak_dm3_per_sbar.*$"):  # . is no newline
+        fit(problem_of(known, "M7")._replace(plant=leaking))
+
+
+def test_exact_signals_have_no_error_in_the_part_held_out(known):
+    record = record_of(known).part(0, 1000)
+    problem = Problem(MODELS["M7"], known.configured, record, {})
+    theta = problem.guess() + MOVED
+    exact = record._replace(P=replayed_pressures(problem, theta[None])[0])
+    split = split_of(record)
+    found = estimate(MODELS["M7"], known.configured, exact, intervals=())
+    assert found.pressure.shape == exact.P.shape and found.low == {}
+    # Its own beginning is fitted, and one part in 1e4 of the parameters is what the differences allow.
+    np.testing.assert_allclose(found.pressure, exact.P, rtol=1e-3)
+    assert np.all(found.rms < 100.0) and np.all(found.held_out < 100.0)
+    later = np.sqrt(np.mean((exact.P - found.pressure)[:, split:] ** 2, axis=1))
+    np.testing.assert_allclose(found.held_out, later, rtol=1e-6)
+    assert found.values["n"] == pytest.approx(1.25, abs=1e-3)
+    # What is held out is 40 % of the record, and is not fitted: there a wider valve is seen as an error.
+    assert split == 600
+    wider = replayed_pressures(problem, (theta + 0.5 * np.eye(7)[2])[None])[0]
+    P = np.where(np.arange(1001) > split, wider, exact.P)
+    changed = estimate(MODELS["M7"], known.configured, exact._replace(P=P), intervals=())
+    assert np.all(changed.rms < 100.0) and np.all(changed.held_out > 1000.0)

@@ -1,0 +1,240 @@
+"""`fitted.yaml`: what a fit found, in the user's keys and units, read as any configuration."""
+
+import re
+
+import numpy as np
+import pytest
+import yaml
+from checkout import ROOT
+
+from pneumo.catalogue import default_conductance
+from pneumo.configuration.parameters import load, study
+from pneumo.configuration.uncertain import uncertainties
+from pneumo.fitting.fit_result import Estimate, FitResult, fit_data
+from pneumo.fitting.fitted_parameters import REPORTED
+from pneumo.fitting.fitted_yaml import fitted_configuration
+from pneumo.fitting.record.measurement import Measurement
+from pneumo.publish.text.terminal_tables import rig_rows
+from pneumo.selection.cylinder_template import TEMPLATE
+from pneumo.selection.plants import configured_plant
+from pneumo.statistics.intervals import Interval
+
+SAMPLES = 200
+VALUES = {"n": 1.312345678, "k_0": 0.4512345678, "k_xu": 8.9e-7, "V_d_A": 9e-6, "V_d_B": 11e-6}
+
+
+def found(values=VALUES, model="M8", full=None, also=(), **open_ends):
+    """Result of a fit with these values, within 10 per cent; other ends by name; `full` is put first."""
+    P = np.full((2, SAMPLES), 4e5)
+    m = Measurement("bench.csv", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P)
+    low, high = ({name: factor * value for name, value in values.items()} for factor in (0.9, 1.1))
+    low |= open_ends
+    one = Estimate(values, low, high, np.full(2, 900.0), np.array([1000.0, 1400.0]), P)
+    worse = Estimate({"n": 1.0}, {}, {}, np.full(2, 9e3), np.full(2, 9e3), P)
+    fits = {}
+    if full is not None:
+        fits["full"] = full._replace(rms=one.rms, held_out=np.full(2, 300.0), pressure=P)
+    data = fit_data(m, fits | {model: one, "M2": worse}, (*REPORTED, *also))
+    return FitResult(data=data, notes=(), warnings=(), held_out_from=0.12)
+
+
+def read(text, tmp_path):
+    """Configuration and study of a text, as the commands read them."""
+    file = tmp_path / "fitted.yaml"
+    file.write_text(text, encoding="utf-8")
+    return load(file), study(load(file))
+
+
+def written(fit, cylinder, plant, *files, T=np.nan):
+    return fitted_configuration(load(*files), cylinder, plant, fit, "bench.csv", T)
+
+
+@pytest.fixture(scope="module")
+def mine():
+    return configured_plant(study(load(TEMPLATE)), "mine", 1.0)
+
+
+def test_a_valve_by_its_catalogue_stays_one_and_every_experiment_has_k_0(mine, tmp_path):
+    text = written(found(), "mine", mine, TEMPLATE)
+    configuration, result = read(text, tmp_path)
+    assert result.name == "my-cylinder-fitted" and set(result.experiments) == {"open", "closed"}
+    valve, before = (c.cylinders["mine"].valve for c in (configuration, load(TEMPLATE)))
+    assert valve == before.model_copy(update={"C_dm3_per_sbar": valve.C_dm3_per_sbar})
+    for experiment in result.experiments.values():
+        assert experiment.plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)  # six digits are written
+        assert experiment.plant.valve.k_xu == pytest.approx(VALUES["k_xu"], rel=1e-5)
+        c = experiment.plant.cylinder
+        assert (c.V_d_A, c.V_d_B) == pytest.approx((9e-6, 11e-6))
+    assert configured_plant(result).k_0 == result.experiments["open"].plant.k_0  # no --cylinder, no --k0
+    head = text.partition("name:")[0]
+    assert all(line.startswith("# ") for line in head.splitlines())
+    C = valve.C_dm3_per_sbar
+    assert "bench.csv by M8" in head and "1.22 kPa" in head
+    assert "export and linearise: M8 --n 1.31235 --k0 0.451235" in head
+    assert f"C = {C:.4g} ({0.9 * C:.4g} to {1.1 * C:.4g})" in head
+    assert "k_0 = 0.4512 (0.4061 to 0.4964) W/K" in head and "9 (8.1 to 9.9) cm³" in head
+
+
+def test_the_paper_s_cylinder_keeps_its_key_and_one_experiment_of_each_kind(tmp_path):
+    paper = ROOT / "config/paper.yaml"
+    plant = configured_plant(study(load(paper)), "E", 1.0)
+    text = written(found(), "E", plant, paper)
+    configuration, result = read(text, tmp_path)
+    assert list(configuration.cylinders) == ["E"]
+    section = configuration.cylinders["E"]
+    assert section.valve is None and section.k_x_k_u_m2_per_V == pytest.approx(VALUES["k_xu"])
+    # The paper's experiments of a cylinder are two loops at several conductances.
+    assert sorted(e.drive.closed_loop for e in result.experiments.values()) == [False, True]
+    assert "levels" not in yaml.safe_load(text)
+
+
+def test_what_the_record_does_not_determine_stays_and_is_said(mine, tmp_path):
+    before = study(load(TEMPLATE)).experiments["open"].plant
+    text = written(found(k_0=np.nan, V_d_B=np.nan), "mine", mine, TEMPLATE)
+    after = read(text, tmp_path)[1].experiments["open"].plant
+    assert after.k_0 == default_conductance(after.cylinder).k_0
+    assert after.cylinder == before.cylinder._replace(V_d_A=9e-6)
+    assert after.valve.k_xu == pytest.approx(VALUES["k_xu"], rel=1e-5)
+    assert "as configured: k_0 = 0.4512 (at most 0.4964) W/K, V_d of B" in text
+    # Measured flows know no valve, and M6 no wall.
+    text = written(found({k: VALUES[k] for k in ("n", "V_d_A", "V_d_B")}, "M6"), "mine", mine, TEMPLATE)
+    after = read(text, tmp_path)[1].experiments["open"].plant
+    assert after.valve == before.valve and "k_0 =" not in text
+    assert after.k_0 == default_conductance(after.cylinder).k_0
+
+
+def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment(mine, tmp_path):
+    rig = {"k_0": 0.8, "k_xu": 9.5e-7, "V_d_A": 7e-6, "V_d_B": 7e-6, "lag": 2e-3}
+    low, high = ({name: factor * value for name, value in rig.items()} for factor in (0.9, 1.1))
+    full = Estimate(rig, low | {"lag": np.nan}, high, *[np.zeros(2)] * 3)
+    text = written(found(full=full), "mine", mine, TEMPLATE)
+    plant = configured_plant(read(text, tmp_path)[1])
+    assert (plant.k_0, plant.cylinder.V_d_A, plant.cylinder.V_d_B) == pytest.approx((0.8, 7e-6, 7e-6))
+    assert plant.valve.k_xu == pytest.approx(9.5e-7, rel=1e-5)
+    head = text.partition("name:")[0]
+    assert "bench.csv by full, which is off by 0.3 kPa" in head and "M8, off by 1.22 kPa" in head
+    assert "n = 1.312 (1.181 to 1.444), k_0 = 0.4512 (0.4061 to 0.4964)" in head
+    assert "M8 --n 1.31235 --k0 0.451235" in head and "lag: at most 2.2 ms, none written" in head
+    # A full order that leaves more than noise has no intervals: then the best model's stand.
+    text = written(found(full=full._replace(low={}, high={})), "mine", mine, TEMPLATE)
+    assert configured_plant(read(text, tmp_path)[1]).k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
+    assert "bench.csv by M8" in text
+
+
+@pytest.mark.parametrize(("dead_time", "kept"), [(-0.25e-3, False), (0.25e-3, True), (-2e-3, True)])
+def test_a_valve_early_by_less_than_a_sample_of_1_ms_has_no_dead_time(mine, tmp_path, dead_time, kept):
+    ends = sorted(factor * dead_time for factor in (0.9, 1.1))
+    low, high = (VALUES | {"dead_time": end} for end in ends)
+    full = Estimate(VALUES | {"dead_time": dead_time}, low, high, *[np.zeros(2)] * 3)
+    section = read(written(found(full=full), "mine", mine, TEMPLATE), tmp_path)[0].cylinders["mine"]
+    assert (section.valve_dynamics is not None) == kept
+
+
+def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_path):
+    narrow = Interval(VALUES["k_xu"], 0.99 * VALUES["k_xu"], 1.01 * VALUES["k_xu"])
+    fit = found(k_xu=narrow.low)
+    fit.data["high"].loc[{"model": "M8", "parameter": "k_xu"}] = narrow.high
+    known = uncertainties(read(written(fit, "mine", mine, TEMPLATE), tmp_path)[0])["mine"]
+    assert known.half_width("C") == pytest.approx(0.01, rel=1e-3)
+    assert known.half_width("k_0") < uncertainties(load(TEMPLATE))["mine"].half_width("k_0")
+    assert set(known.measured) == {*fit.models}
+    # An open end says nothing: the limits of the configuration remain.
+    text = written(found(k_0=np.nan, V_d_B=np.nan), "mine", mine, TEMPLATE)
+    unknown = uncertainties(read(text, tmp_path)[0])["mine"]
+    assert unknown.half_width("k_0") == uncertainties(load(TEMPLATE))["mine"].half_width("k_0")
+
+
+def test_a_model_on_a_bound_of_the_search_is_not_offered_for_an_export(mine):
+    fit = found()
+    assert "for export and linearise: M8" in written(fit, "mine", mine, TEMPLATE)
+    fit.data["at_bound"].loc[{"parameter": "k_0"}] = 1
+    text = written(fit, "mine", mine, TEMPLATE)
+    assert "Best reduced model: M8, off by 1.22 kPa" in text and "for export" not in text
+
+
+def test_a_coefficient_gives_way_to_k_0_and_a_measured_temperature_is_kept(mine, tmp_path):
+    other = tmp_path / "other.yaml"
+    content = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
+    content["experiments"]["open"] |= {"lambda_0_W_per_m2K": 40.0}
+    del content["experiments"]["open"]["k_0_W_per_K"]
+    content["run"]["experiments"] = ["open"]
+    content["name"] = "a" * 40
+    other.write_text(yaml.safe_dump(content))
+    result = read(written(found(), "mine", mine, other, T=301.25), tmp_path)[1]
+    assert list(result.experiments) == ["open"] and len(result.name) == 40
+    plant = result.experiments["open"].plant
+    assert plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
+    assert plant.conditions.T_amb == plant.conditions.T_in == 301.25
+
+
+def test_a_name_of_a_record_adds_no_line(mine):
+    text = fitted_configuration(load(TEMPLATE), "mine", mine, found(), "a\nname: b", np.nan)
+    assert text.count("\nname:") == 1
+
+
+def test_what_was_fitted_too_goes_into_its_key_or_is_said_and_shown(mine, tmp_path):
+    values = VALUES | {"P_s": 6.5e5, "exhaust": 0.75, "offset_A": 8e3}
+    valve = {"lag": 2e-3, "dead_time": 1e-3, "null": 0.1}
+    both = ({name: factor * value for name, value in (values | valve).items()} for factor in (0.9, 1.1))
+    full = Estimate(values | valve, *both, np.zeros(2), np.zeros(2), np.zeros((2, SAMPLES)))
+    fit = found(full=full, also=("P_s", "exhaust", "offset_A"))
+    text = written(fit, "mine", mine, TEMPLATE)
+    configuration, result = read(text, tmp_path)
+    assert configuration.cylinders["mine"].valve.exhaust_ratio == 0.75
+    assert result.experiments["open"].plant.conditions.P_s == 6.5e5
+    assert "offset P_A = 8 (7.2 to 8.8) kPa" in text and re.search(r"no key for .*\boffset P_A\b", text)
+    shown = {heading: (value, light) for heading, light, value, *_ in rig_rows(fit)}
+    assert shown["supply (kPa)"] == ("650 (585 to 715)", "green")
+    assert shown["offset P_A (kPa)"] == ("8 (7.2 to 8.8)", "green")
+    assert shown["exhaust ratio"] == ("0.75 (0.675 to 0.825)", "green")
+    assert shown["lag (ms)"] == ("2 (1.8 to 2.2)", "green")
+
+
+def test_the_values_are_those_that_this_configuration_replays(mine, tmp_path):
+    full = Estimate(
+        VALUES, {n: 0.5 * v for n, v in VALUES.items()}, {n: 2 * v for n, v in VALUES.items()}, *[0.0] * 3
+    )
+    text = written(found(full=full._replace(averaged=VALUES | {"k_0": 0.4})), "mine", mine, TEMPLATE)
+    _, result = read(text, tmp_path)
+    assert result.experiments["open"].plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
+    assert "the fit's k_0 is 0.4 W/K, by likelier laws of the wall" in text
+    assert "likelier" not in written(found(full=full), "mine", mine, TEMPLATE)
+
+
+@pytest.mark.parametrize(
+    ("name", "ends", "kept"),
+    [
+        ("lag", (0.0, 5e-4), False),
+        ("lag", (1e-6, 5e-4), True),
+        ("null", (-0.1, 0.3), False),
+        ("null", (-0.3, -0.1), True),
+        ("null", (-0.3, 0.0), False),
+        ("dead_time", (-2e-4, 5e-4), False),
+    ],
+)
+def test_a_valves_parameter_that_may_be_zero_is_not_written(mine, tmp_path, name, ends, kept):
+    low, high = (VALUES | {name: end} for end in ends)
+    full = Estimate(VALUES | {name: sum(ends) / 2}, low, high, *[np.zeros(2)] * 3)
+    section = read(written(found(full=full), "mine", mine, TEMPLATE), tmp_path)[0].cylinders["mine"]
+    assert (section.valve_dynamics is not None) == kept
+
+
+def test_a_lag_of_which_the_upper_end_alone_is_known_is_at_most_that_in_file_and_table(mine, tmp_path):
+    lag = {"lag": 5.611e-6}
+    low, high = VALUES | {"lag": np.nan}, VALUES | {"lag": 4.952e-4}
+    fit = found(full=Estimate(VALUES | lag, low, high, *[np.zeros(2)] * 3))
+    (tmp_path / "lag.yaml").write_text("cylinders: {mine: {valve_dynamics: {lag_s: 0.002}}}")
+    text = written(fit, "mine", mine, TEMPLATE, tmp_path / "lag.yaml")
+    assert "#   lag: at most 0.4952 ms, none written\n" in text and "not determined" not in text
+    assert read(text, tmp_path)[0].cylinders["mine"].valve_dynamics is None
+    assert next(row for row in rig_rows(fit) if row[0] == "lag (ms)")[1:3] == [
+        "green",
+        "0.0056 (at most 0.5)",
+    ]
+
+
+def test_a_dead_time_with_an_upper_end_alone_is_not_determined(mine, tmp_path):
+    low, high = VALUES | {"dead_time": np.nan}, VALUES | {"dead_time": 5e-4}
+    fit = found(full=Estimate(VALUES | {"dead_time": 1e-4}, low, high, *[np.zeros(2)] * 3))
+    text = written(fit, "mine", mine, TEMPLATE)  # it may be negative, so an upper end says little
+    assert re.search("not determined by the record, so as configured: dead time", text)

@@ -1,0 +1,172 @@
+"""Records of one rig fitted together: one set of parameters, each record from its own start."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import pneumo
+from benchmarks.bench_rig import bench_record, purpose_rig
+from benchmarks.fit_bench import believed_plant
+from pneumo.errors import InputError
+from pneumo.fitting.fit_problem import FULL, Problem, opened, replayed_pressures
+from pneumo.fitting.fitted_parameters import STARTS_OF_ONE, start_name
+from pneumo.fitting.record.joined_records import joined
+from pneumo.fitting.record.measurement import Measurement
+from pneumo.fitting.settings import MOST_RECORDS
+from pneumo.fitting.stage_signals import stage_signals
+from pneumo.fitting.valve_signal import behind_valve
+from pneumo.physics.models import MODELS
+
+pytestmark = pytest.mark.xdist_group("fit doubts")
+RIG = purpose_rig()._replace(lag=4e-3)
+VALVE = {"lag": 4e-3, "dead_time": 1e-3, "null": 0.1}
+
+
+def columns_of(seed, seconds):
+    return bench_record(RIG, np.random.default_rng(seed), seconds)
+
+
+def measured(seed, seconds=1.0, name="", **changes):
+    c = columns_of(seed, seconds)
+    P = np.array([c["P_A"], c["P_B"]])
+    return Measurement(name or f"{seed}.csv", 1e-3, c["u"], c["x"], P)._replace(**changes)
+
+
+def signals_of(m, plant):
+    return stage_signals(m.period, m.u, m.x, m.P, plant, begins=m.begins)
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    return believed_plant(RIG, tmp_path_factory.mktemp("rig"))
+
+
+def test_the_first_part_of_each_comes_first_and_one_cut_parts_them_all():
+    a, b, c = measured(1), measured(2, 0.5), measured(3, 2.0)
+    together, part = joined([a, b, c], 0.6, 10**6)
+    assert together.begins == (0, 601, 902, 2903, 3304)  # of a, b, all of c, the rest of a, of b
+    split = round(part * (len(together.u) - 1))
+    assert split == 902 + 1200
+    ends = [601, 902, 2903, 3304, 3505]
+    of = [(a, 0), (b, 0), (c, 0), (a, 600), (b, 300)]
+    for (record, first), begin, end in zip(of, together.begins, ends, strict=True):
+        last = first + end - begin
+        np.testing.assert_array_equal(together.P[:, begin:end], record.P[:, first:last])
+        np.testing.assert_array_equal(together.u[begin:end], record.u[first:last])
+    assert together.name == "1.csv, 2.csv, 3.csv" and "fitted together" in together.notes[-1]
+    assert joined([a], 0.6, 10**6) == (a, 0.6)
+    assert joined([a, c], 0.6, 800)[0].begins == (0, 401, 2402)  # of each half of what may be fitted
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"period": 2e-3}, r"b.csv: period 2 ms, of a.csv 1 ms: must be the same"),
+        ({"P_s": np.zeros(201)}, "b.csv: column P_s: must be in all records or in none"),
+        ({"closed": True}, "b.csv: is a record of closed chambers"),
+    ],
+)
+def test_records_that_cannot_be_fitted_together_are_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        joined([measured(1, 0.2, "a.csv"), measured(2, 0.2, "b.csv", **changes)], 0.6, 1000)
+    with pytest.raises(InputError, match="9 records: must be at most 8"):
+        joined([measured(1, 0.2)] * (MOST_RECORDS + 1), 0.6, 1000)
+
+
+def test_a_signal_that_one_record_alone_has_is_refused_in_either_order():
+    for name in ("m", "P_s"):
+        signal = np.zeros((2, 201) if name == "m" else 201)
+        column = {"m": "m_A"}.get(name, name)
+        pair = [measured(1, 0.2, "a.csv"), measured(2, 0.2, "b.csv", **{name: signal})]
+        for first, second in (pair, pair[::-1]):
+            with pytest.raises(InputError, match=f"{second.name}: column {column}: must be in all"):
+                joined([first, second], 0.6, 1000)
+
+
+def test_as_many_records_as_are_allowed_have_the_mean_of_the_temperatures_that_were_measured():
+    record = measured(1, 0.2)
+    assert np.isnan(joined([record] * MOST_RECORDS, 0.6, 1000)[0].T)
+    some = [record._replace(T=290.0), record, record._replace(T=300.0)]
+    assert joined(some, 0.6, 1000)[0].T == 295.0
+    with pytest.raises(InputError, match=r"a\.csv: is a record of closed chambers"):
+        joined([record._replace(name=name, closed=True) for name in ("a.csv", "b.csv")], 0.6, 1000)
+
+
+@pytest.mark.parametrize("model", [FULL, MODELS["M8"]])
+def test_each_record_is_replayed_from_its_own_start_as_if_alone(model, plant):
+    records = [measured(1), measured(2, 0.5)]
+    together, part = joined(records, 0.5, 10**6)
+    signals = signals_of(together, plant)
+    split = round(part * (len(together.u) - 1))
+    both = Problem(model, plant, signals.part(0, split), {})
+    assert {"start_2_A", "start_2_B"} < {*both.names} and "start_3_A" not in both.names
+    values = both.values(both.guess()) | {
+        "start_A": 4e5,
+        "start_2_A": 5e5,
+        "start_T_A": 280.0,
+        "start_T_2_B": 310.0,
+    }
+    values |= VALVE if model is FULL else {}
+    P = replayed_pressures(both, both.inner(values)[None])[0]
+    assert P.shape == both.signals.P.shape
+    for i, (first, last) in enumerate(both.signals.pieces):
+        # The motion of one record does not depend on the other; the smoothing is that of both.
+        alone = Problem(model, plant, both.signals.part(first, last), {})
+        assert alone.signals.begins == (0,) and "start_2_A" not in alone.names
+        own = values | {name: values.get(start_name(name, i), np.nan) for name in STARTS_OF_ONE}
+        expected = replayed_pressures(alone, alone.inner(own)[None])[0]
+        np.testing.assert_array_equal(P[:, first : last + 1], expected)
+    x = both.signals.motion[:: both.signals.stride, 0, 0]
+    np.testing.assert_allclose(x, together.x[:split], atol=2e-4)  # 2e-5 m of noise, smoothed; no leap
+
+
+def test_a_valve_forgets_the_record_before(plant):
+    together, _ = joined([measured(1), measured(2, 0.5)], 0.5, 10**6)
+    signals = signals_of(together, plant)
+    u = opened(signals, VALVE).u
+    for first, last in signals.pieces:
+        steps = slice(first * signals.stride, last * signals.stride)
+        np.testing.assert_array_equal(u[steps], behind_valve(signals.u[steps], signals.h, VALVE))
+
+
+@pytest.fixture
+def files(tmp_path):
+    """Configuration and three records of the rig as files."""
+    believed_plant(RIG, tmp_path)
+    units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_Pa", "P_B": "P_B_Pa"}
+    for i in range(3):
+        c = columns_of(3 + i, 3.0)
+        pd.DataFrame({key: c[name] for name, key in units.items()}).to_csv(tmp_path / f"{i}.csv", index=False)
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_two_records_determine_more_than_one(files):
+    table = [pd.read_csv(files / f"{i}.csv") for i in range(2)]
+    one, two = (pneumo.fit(records, files / "cylinder.yaml", models=[]) for records in (table[0], table))
+
+    def width(fit):
+        k_0 = fit.estimates.loc[("full", "k_0")]
+        assert k_0["low"] < RIG.k_0 < k_0["high"]
+        return np.log(k_0["high"] / k_0["low"])
+
+    assert width(two) < 0.9 * width(one)
+    assert two.errors.loc["full"].to_numpy() == pytest.approx([1e3] * 4, rel=0.15)  # the sensors' noise
+    assert two.result.data.sizes["t"] == sum(map(len, table)) + 1
+
+
+@pytest.mark.slow
+def test_the_command_fits_two_and_judges_on_a_third(files, inside):
+    asked = ["fit", "0.csv", "1.csv", "--validate", "2.csv", "--config", "cylinder.yaml", "--model", "M1"]
+    code, out, told = inside(*asked, "--json", "-o", "two")
+    assert code == 0, told
+    found = json.loads(out)
+    assert found["rms_validated"]["full"] == pytest.approx([1e3, 1e3], rel=0.2)
+    assert "0.csv, 1.csv: fitted together" in told
+    assert (
+        (files / "two/fitted.yaml")
+        .read_text()
+        .startswith("# Cylinder mine as fitted to 0.csv, 1.csv by full")
+    )

@@ -1,0 +1,111 @@
+"""Measured mass flows in place of the command: the replay by hand, read, fitted, and mistakes named."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pneumo import simulate
+from pneumo.errors import InputError
+from pneumo.fitting.fit_problem import Problem, fit, replayed_pressures
+from pneumo.fitting.measurement_fit import fit_measurement
+from pneumo.fitting.mistaken_columns import check_columns
+from pneumo.fitting.record.measurement import Measurement, read_measurement
+from pneumo.fitting.record.units import ANR
+from pneumo.fitting.stage_signals import stage_signals, stage_times
+from pneumo.physics.cylinder import chamber_of, volume
+from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.physics.valve import chamber_flows
+from pneumo.publish.pages.fit_page import fit_page
+from pneumo.simulation.fitted_pressures import pressures_on_flows
+
+H = 1e-3
+
+
+@pytest.fixture(scope="module")
+def measured(plant):
+    """Full-order run with noise in the pressures, and the flows that its valve lets through."""
+    ticks = np.arange(2500)
+    command = 0.8 * np.sign(np.sin(ticks / 150) + np.sin(ticks / 57)) + 0.3 * np.sin(ticks / 23)
+    run = simulate(plant, H, command=command)
+    rest = plant.valve, plant.gas, plant.conditions
+    sides = ((run.u, run.P_A, run.T_A), (-run.u, run.P_B, run.T_B))
+    m = -np.diff([[chamber_flows(*at, *rest) for at in zip(*side, strict=True)] for side in sides])[..., 0]
+    P = np.array([run.P_A, run.P_B]) + np.random.default_rng(7).normal(0, 200.0, (2, len(ticks)))
+    return Measurement("m.csv", H, np.zeros(len(ticks)), run.x, P, m=m)
+
+
+def pressures(plant, model, n, flow, motion):
+    """Pressures of both chambers from 4 bar on."""
+    lanes = lane_array([lane(MODELS[model], n, plant.gas.gamma)])
+    c = plant.cylinder
+    V_d = np.array([[c.V_d_A, c.V_d_B]])
+    return pressures_on_flows(motion, flow, lanes, V_d, plant, H, 1, np.full((1, 2), 4e5))[0]
+
+
+def test_a_constant_flow_raises_pressure_on_a_line_and_an_empty_chamber_is_nan(plant):
+    steps, m, gas = 400, np.array([2e-5, -1e-5]), plant.gas  # kg/s
+    found = pressures(plant, "M3", 1.4, np.broadcast_to(m, (steps, 3, 2)), np.zeros((steps, 3, 2)))
+    V = volume(0.0, chamber_of(plant.cylinder, 0), plant.cylinder)
+    rate = gas.gamma * gas.R * plant.conditions.T_0 * m / V  # (10) with dV_dt = 0 and T = T_0
+    np.testing.assert_allclose(found, 4e5 + rate[:, None] * H * np.arange(steps + 1), rtol=1e-11)
+    found = pressures(plant, "M3", 1.4, np.full((50, 3, 2), -1.0), np.zeros((50, 3, 2)))
+    assert np.isnan(found[:, -1]).all()
+
+
+def test_a_closed_chamber_keeps_P_V_to_the_n(plant):
+    steps, n, c = 1000, 1.3, plant.cylinder
+    at = stage_times(steps, H)
+    motion = np.stack([0.03 * np.sin(8 * at), 0.24 * np.cos(8 * at)], axis=-1)
+    found = pressures(plant, "M5", n, np.zeros((steps, 3, 2)), motion)
+    x = 0.03 * np.sin(8 * H * np.arange(steps + 1))
+    V = np.array([volume(s * x, chamber_of(c, side), c) for side, s in enumerate((1, -1))])
+    # The step is 8e-3 of a radian's time: a third-order method is off by some (8e-3)^3 = 5e-7 at most.
+    np.testing.assert_allclose(found * V**n, np.broadcast_to(4e5 * V[:, :1] ** n, V.shape), rtol=5e-7)
+
+
+@pytest.mark.parametrize("model", ["M6", "M9"])
+def test_a_models_own_pressures_give_its_parameters_back(plant, measured, model):
+    s = stage_signals(H, measured.u, measured.x, measured.P, plant, m=measured.m)
+    problem = Problem(MODELS[model], plant, s, {})
+    assert "k_xu" not in problem.names
+    theta = problem.guess()
+    theta[problem.names.index("n")] += 0.05
+    theta[problem.names.index("V_d_A")] += 0.1
+    P = replayed_pressures(problem, theta[None])[0]
+    found = fit(problem._replace(signals=s._replace(P=P)), tolerance=1e-12)
+    np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
+
+
+@pytest.mark.slow
+def test_full_order_pressures_are_followed(plant, measured):
+    found = fit_measurement(measured, plant, ["M8", "M5"])
+    assert found.models == ["M8", "M5"]  # mixing and wall heat are in the truth
+    assert "m" in found.data and "u" not in found.data
+    assert np.isnan(found.data["estimate"].sel(parameter="k_xu")).all()
+    # Noise has 200 Pa; M8 lacks little of the truth, and sampled flows miss the valve's corners.
+    assert float(found.data["rms_held_out"].sel(model="M8").max()) < 3000
+    assert "k<sub>x</sub> k<sub>u</sub>" in fit_page(found, "m.csv")
+
+
+def test_columns_of_flow_are_read_in_their_units_or_refused(plant, measured, tmp_path):
+    columns = {"t_s": measured.t, "x_m": measured.x, "P_A_Pa": measured.P[0], "P_B_Pa": measured.P[1]}
+    columns |= {"m_A_g_per_s": 1e3 * measured.m[0], "m_B [l/min(ANR)]": measured.m[1] / ANR * 6e4}
+
+    def read(chosen):
+        pd.DataFrame(chosen).to_csv(tmp_path / "m.csv", index=False)
+        return read_measurement(tmp_path / "m.csv", plant)
+
+    found = read(columns)
+    np.testing.assert_allclose(found.m, measured.m, rtol=1e-13, atol=1e-18)
+    assert not found.u.any() and found.notes == ()
+    assert "column u: not used" in read(columns | {"u_V": measured.t}).notes[0]
+    for last, missing in ((-1, "m_B"), (-2, "u")):
+        with pytest.raises(InputError, match=f"no column {missing}"):
+            read({name: columns[name] for name in list(columns)[:last]})
+    check_columns(measured, plant)
+    for confused, words in (
+        (measured._replace(m=-measured.m), "m_A and m_B seem to have the wrong sign"),
+        (measured._replace(x=-measured.x), "column x"),
+    ):
+        with pytest.raises(InputError, match=words):
+            check_columns(confused, plant)

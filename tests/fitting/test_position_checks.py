@@ -1,0 +1,175 @@
+"""Stops and configured dead volumes show a wrong zero or scale of x, or stroke, in millimetres."""
+
+import numpy as np
+import pytest
+
+from pneumo.configuration.parameters import accuracy, load, study
+from pneumo.fitting.fit_result import Estimate
+from pneumo.fitting.position_checks import (
+    dead_volume_notes,
+    position_shown,
+    stated,
+    stated_volume_warnings,
+    stop_warnings,
+    stops_of,
+)
+from pneumo.fitting.record.measurement import Measurement
+from pneumo.selection.cylinder_template import TEMPLATE
+from pneumo.selection.plants import configured_plant
+
+PLANT = configured_plant(study(load(TEMPLATE)))
+HALF, AREAS = PLANT.cylinder.stroke / 2, (PLANT.cylinder.A_A, PLANT.cylinder.A_B)
+STATED = PLANT._replace(cylinder=PLANT.cylinder._replace(V_d_A=4.1e-6, V_d_B=4.9e-6))
+NONE = np.zeros((2, 0))
+
+
+def moved(low, high, pressed=True):
+    """Record of a piston that goes from one end to the other and rests on both, perhaps under full force."""
+    to_and_fro = [
+        np.linspace(low, high, 300),
+        np.full(200, high),
+        np.linspace(high, low, 300),
+        np.full(200, low),
+    ]
+    x = np.tile(np.concatenate(to_and_fro), 2) + np.random.default_rng(1).normal(0, 2e-5, 2000)
+    up = np.tile(np.repeat([True, False], 500), 2)
+    most, least = (PLANT.conditions.P_s, PLANT.conditions.P_atm) if pressed else (5e5, 5e5)
+    P = np.array([np.where(up, most, least), np.where(up, least, most)])
+    return Measurement("m", 1e-3, np.where(up, 10.0, -10.0), x, P)
+
+
+def test_stops_are_where_the_piston_rests_under_force():
+    assert stops_of(moved(-HALF, HALF), PLANT) == pytest.approx((-HALF, HALF), abs=1e-5)
+    assert np.isnan(stops_of(moved(-HALF, HALF, pressed=False), PLANT)).all()
+    assert np.isnan(stops_of(moved(-HALF, HALF)._replace(x=np.sin(np.arange(2000) / 50)), PLANT)).all()
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        ((-HALF + 5e-3, HALF + 5e-3), "a zero of x off by 5 mm; this moves V_d of A by"),
+        ((-1.03 * HALF, 1.03 * HALF), "a stroke 4.8 mm too short or an x 3 % too large; this moves"),
+        ((-0.97 * HALF, 0.97 * HALF), "a stroke 4.8 mm too long or an x 3 % too small; this moves"),
+        ((-0.5 * HALF, HALF + 4e-3), "a zero of x off by"),
+        ((-HALF + 3e-4, HALF + 3e-4), ""),  # within the stated accuracy
+    ],
+)
+def test_stops_that_are_elsewhere_are_said_in_millimetres(ends, said):
+    texts = stop_warnings(moved(*ends), PLANT, accuracy())
+    assert said in texts[0] if said else texts == []
+
+
+@pytest.mark.parametrize("wrong", [0.0, 5e-3])
+def test_stops_that_give_way_are_where_the_piston_meets_them(wrong):
+    record, c = moved(-HALF + wrong, HALF + wrong), PLANT.cylinder
+    # Pressures rise once the piston has come to a stop, which gives way by 1.5 mm under the supply's.
+    rise, rest = np.minimum(np.arange(500) / 400, 1.0), PLANT.conditions.P_atm
+    driving = rest + (PLANT.conditions.P_s - rest) * np.tile(rise, 4)
+    up = record.u > 0
+    P = np.array([np.where(up, driving, rest), np.where(up, rest, driving)])
+    force = c.A_A * P[0] - c.A_B * P[1]
+    resting = np.tile(np.arange(500) >= 300, 4)
+    pressed = record._replace(x=record.x + np.where(resting, 1.5e-3 * force / np.abs(force).max(), 0.0), P=P)
+    assert stops_of(pressed, PLANT) == pytest.approx((-HALF + wrong, HALF + wrong), abs=1.5e-4)
+    assert bool(stop_warnings(pressed, PLANT, accuracy())) == bool(wrong)
+
+
+def test_one_stop_alone_does_not_say_what_is_wrong():
+    record = moved(-0.5 * HALF, HALF + 4e-3)
+    one = record._replace(P=np.where(record.u > 0, record.P, 5e5))
+    (text,) = stop_warnings(one, PLANT, accuracy())
+    assert "rests at 84 mm (stops configured" in text and "a wrong zero or scale of x, or stroke" in text
+
+
+def found(shift_A, shift_B, half=0.05):
+    """Estimate whose dead volumes are off by what these shifts of the piston displace, m."""
+    c = STATED.cylinder
+    V = {"V_d_A": c.V_d_A + shift_A * c.A_A, "V_d_B": c.V_d_B + shift_B * c.A_B}
+    low, high = ({name: value * np.exp(sign * half) for name, value in V.items()} for sign in (-1, 1))
+    return Estimate(V, low, high, np.zeros(2), np.zeros(2), NONE)
+
+
+@pytest.mark.parametrize(
+    ("shifts", "said"),
+    [
+        ((-5e-3, 5e-3), "as a zero of x off by 5 mm would make them, or hoses"),
+        ((-3e-3, -3e-3), "as a stroke 6 mm too long or an x 3.8 % too small would make them"),
+        ((4e-3, 4e-3), "as a stroke 8 mm too short or an x 5 % too large would make them"),
+        ((8e-3, 0.0), "a zero of x off by -4 mm and a stroke 8 mm too short"),
+        ((5e-4, -5e-4), ""),
+    ],
+)
+def test_dead_volumes_that_are_not_those_configured_are_said_in_millimetres(shifts, said):
+    texts = stated_volume_warnings(STATED, found(*shifts))
+    assert said in texts[0] if said else texts == []
+
+
+def test_where_nothing_shows_a_wrong_zero_a_note_says_so():
+    assert stated(STATED) and not stated(PLANT)
+    between = moved(-HALF, HALF, pressed=False)
+    (text,) = dead_volume_notes(between, PLANT, accuracy(position_shown=False))
+    assert f"1 mm of zero moves V_d of A by {1e3 * AREAS[0]:.2g} cm³" in text
+    assert "intervals allow for 5 mm and 0.1 % of scale" in text
+    assert dead_volume_notes(moved(-HALF, HALF), PLANT, accuracy()) == []
+    assert dead_volume_notes(between, STATED, accuracy()) == []
+
+
+def test_a_position_that_nothing_shows_is_known_to_5_mm_unless_stated(tmp_path):
+    between = moved(-HALF, HALF, pressed=False)
+    assert position_shown(moved(-HALF, HALF), PLANT) and position_shown(between, STATED)
+    assert not position_shown(between, PLANT)
+    shown, hidden = accuracy(), accuracy(position_shown=False)
+    assert (shown.x_zero, shown.x_scale) == pytest.approx((5e-4, 1e-3))
+    assert hidden == shown._replace(x_zero=5e-3)
+    file = tmp_path / "accuracy.yaml"
+    file.write_text("accuracy: {x_zero_mm: 0.2, x_scale_percent: 0.3}\n", encoding="utf-8")
+    stating = load(TEMPLATE, file)
+    for known in (accuracy(stating), accuracy(stating, position_shown=False)):
+        assert (known.x_zero, known.x_scale) == pytest.approx((2e-4, 3e-3))
+
+
+def test_a_piston_that_rests_elsewhere_under_force_is_on_no_stop():
+    """It is held up for 0.3 s at 4 mm or 60 mm from either end, longer than it rests on the stop."""
+    for inward in (4e-3, 60e-3):
+        record = moved(-HALF, HALF)
+        x = record.x.reshape(2, 1000).copy()
+        x[:, 500:800], x[:, :300] = -HALF + inward, HALF - inward
+        assert stops_of(record._replace(x=x.ravel()), PLANT) == pytest.approx((-HALF, HALF), abs=1e-5)
+
+
+def test_a_piston_that_rests_near_a_stop_without_force_does_not_show_it():
+    """It comes back by 1 mm as the pressures become equal, and stays there longer than it was pushed."""
+    record = moved(-HALF, HALF)
+    x, P = record.x.reshape(2, 2, 500).copy(), record.P.reshape(2, 2, 2, 500).copy()
+    for way, end in ((0, HALF), (1, -HALF)):
+        x[:, way, 100:200], x[:, way, 200:] = end, end - np.sign(end) * 1e-3
+        P[:, :, way, 200:] = 4e5
+    noise = np.random.default_rng(2).normal(0.0, 2e-5, 2000)
+    changed = record._replace(x=x.ravel() + noise, P=P.reshape(2, -1))
+    assert stops_of(changed, PLANT) == pytest.approx((-HALF, HALF), abs=1e-4)
+
+
+def test_a_piston_that_creeps_through_its_end_rests_on_no_stop():
+    record = moved(-HALF, HALF)
+    near = np.minimum(np.arange(500) * 1e-4, 0.05) - 0.025  # 0.1 mm in each millisecond: no rest
+    creeping = np.tile(np.concatenate([near, near[::-1]]), 2)
+    assert np.isnan(stops_of(record._replace(x=creeping), PLANT)).all()
+
+
+def test_a_load_pushes_the_piston_too():
+    c, air = PLANT.cylinder, PLANT.conditions
+    load = 0.4 * (air.P_s - air.P_atm) * min(c.A_A, c.A_B)
+    even = moved(-HALF, HALF)
+    P = np.array([np.full(2000, c.A_B * 4e5 / c.A_A), np.full(2000, 4e5)])
+    P[0] += np.where(even.u > 0, 1.0, -1.0) * load / 2 / c.A_A
+    loaded = PLANT._replace(cylinder=c._replace(load=load))
+    assert np.isnan(stops_of(even._replace(P=P), PLANT)).all()
+    low, high = stops_of(even._replace(P=P), loaded)
+    assert np.isnan(low) and high == pytest.approx(HALF, abs=1e-4)
+
+
+def test_stops_elsewhere_are_not_said_where_they_hardly_move_the_dead_volumes():
+    c = PLANT.cylinder
+    large = PLANT._replace(cylinder=c._replace(V_d_A=0.2 * c.A_A, V_d_B=0.2 * c.A_B))
+    for off, said in ((9e-3, False), (11e-3, True)):  # of 5 % of 200 mm
+        assert bool(stop_warnings(moved(-HALF + off, HALF + off), large, accuracy())) == said
