@@ -216,11 +216,11 @@ class Prediction(NamedTuple):
     model: str = ""  #: its name, with n if it has one
 
     def to_xarray(self) -> xr.Dataset:
-        """Dataset with `P` by (chamber, t), Pa, and `mean_error` and `mse` by chamber."""
+        """Dataset with `P` by (t, chamber), Pa, and `mean_error` and `mse` by chamber."""
         by_chamber = {"mean_error": ("chamber", self.mean_error), "mse": ("chamber", self.mse)}
-        P = np.stack([self.P_A, self.P_B])
+        P = np.stack([self.P_A, self.P_B], axis=1)
         return xr.Dataset(
-            {"P": (("chamber", "t"), P, {"units": "Pa"}), **by_chamber},
+            {"P": (("t", "chamber"), P, {"units": "Pa"}), **by_chamber},
             {"t": ("t", self.t, {"units": "s"}), "chamber": ["A", "B"]},
             {"model": self.model},
         )
