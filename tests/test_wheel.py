@@ -34,7 +34,7 @@ COMMANDS = {  # in this order; what each prints or writes
     "init": "cylinder.yaml: written",
     "models": "M10",
     "check cylinder.yaml": "2 experiments",
-    "study cylinder.yaml quick.yaml --experiment open -o out": "--experiment open --seeds 5",
+    "study cylinder.yaml quick.yaml --experiment open -o out": "Next: pneumo export ",
     "fit record.csv --config cylinder.yaml --model M2 -o fitted": "fit.nc",
     f"linearise M8 --n 1.3 {AT} --json": '"states"',
     "export M8 --n 1.3 --to c --config cylinder.yaml -o m8.c": "",
