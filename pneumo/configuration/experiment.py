@@ -113,10 +113,6 @@ class Study(NamedTuple):
         """Return a copy of the study in which `change` was applied to every experiment."""
         return self._replace(experiments={name: change(e) for name, e in self.experiments.items()})
 
-    def with_halvings(self) -> "Study":
-        """Return a copy of the study that halves integration steps where they fail or are not accurate."""
-        return self.changed(lambda e: e._replace(most_halvings=MOST_HALVINGS))
-
     @property
     def experiments_by_level(self) -> dict[str, list[str]]:
         """Names of the experiments of each level of wall heat: those whose k_0 is one of the level's."""

@@ -8,15 +8,8 @@ from paper.study.paper_2006 import (
     setup_checks,
     table_cells,
 )
-from paper.study.paper_2006.results import StudyResults
-from pneumo.verdict.claims import Claim
 from pneumo.verdict.sources import Computation, Finding
 
 COMPUTATIONS: dict[str, Computation] = functions_returning(
     Finding, table_cells, equation_checks, setup_checks, model_statements, run_statements
 ) | {**equation_checks.CONSTANTS, **setup_checks.COUNTS}
-
-
-def finding_for(claim: Claim, results: StudyResults) -> Finding:
-    """Number, range or answer that the computation of a claim finds in some results."""
-    return COMPUTATIONS[claim.compute](results, **claim.arguments)

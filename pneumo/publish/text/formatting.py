@@ -31,18 +31,6 @@ def ends_text(low: float, high: float) -> str:
     return f"{significant(low)} to {significant(high)}" if high < np.inf else f"at least {significant(low)}"
 
 
-def span_text(values: np.ndarray, digits: int = 2) -> str:
-    """Write the lowest and the highest of some values; one number where both are written alike.
-
-    Examples
-    --------
-    >>> span_text(np.array([0.142, 0.451, 0.3])), span_text(np.array([0.999, 1.004]))
-    ('0.14 to 0.45', '1.00')
-    """
-    low, high = (f"{value:.{digits}f}" for value in (values.min(), values.max()))
-    return low if low == high else f"{low} to {high}"
-
-
 def percent_text(fraction: float, digits: int = 0) -> str:
     """Write a fraction in per cent.
 
