@@ -1,7 +1,6 @@
 """One run in a folder at a time; a new run waits for jobs of a killed one."""
 
 import errno
-import fcntl
 import os
 import re
 import sys
@@ -14,6 +13,19 @@ from uuid import uuid4
 
 from pneumo.errors import DamagedError, as_lines
 from pneumo.storage.seal import check_seal, sealed_files
+
+if os.name == "nt":  # no locks there: two runs in one folder are not refused
+
+    def _lock(file: int, *, shared: bool = False, wait: bool = True) -> None:
+        """Take no lock."""
+
+else:
+    import fcntl
+
+    def _lock(file: int, *, shared: bool = False, wait: bool = True) -> None:
+        """Lock an open file until it is closed; BlockingIOError if another process has it, unless `wait`."""
+        fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
+
 
 # A run locks RUN_LOCK and writes its name into it; its jobs share the lock JOBS_LOCK. The system releases
 # both when a process ends, even when it is killed.
@@ -71,7 +83,7 @@ def take_run_lock(results: str) -> None:
         why = "cannot be written; each user needs a checkout of their own, on a writable disk"
         sys.exit(_refused(f"{error.filename}: {why}"))
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _lock(lock, wait=False)
     except BlockingIOError:
         sys.exit(_refused("another run is active in this folder; wait for it or stop it"))
     os.environ[RUN] = uuid4().hex
@@ -79,10 +91,10 @@ def take_run_lock(results: str) -> None:
     os.pwrite(lock, os.environ[RUN].encode(), 0)
     with JOBS_LOCK.open("a") as jobs:
         try:
-            fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(jobs.fileno(), wait=False)
         except BlockingIOError:
             print("pneumo: waiting for a job of a killed run to end", file=sys.stderr)
-            fcntl.flock(jobs, fcntl.LOCK_EX)
+            _lock(jobs.fileno())
     _warn_about_future_files(results)
 
 
@@ -117,7 +129,7 @@ def set_damaged_aside(results: str) -> None:
 def job_lock() -> Generator[None]:
     """Hold the lock of the run's jobs; end the process if the run was killed and another has begun."""
     with JOBS_LOCK.open("a") as lock:
-        fcntl.flock(lock, fcntl.LOCK_SH)
+        _lock(lock.fileno(), shared=True)
         if os.environ.get(RUN) not in (None, RUN_LOCK.read_text(encoding="utf-8")):
             sys.exit("pneumo: the run that started this job was killed, and another has begun")
         yield
