@@ -17,7 +17,6 @@ from paper.study.settling_times import settling_table
 from paper.study.text.explain import cell_text
 from paper.study.text.markdown_tables import table_7
 from pneumo.configuration.sampling import EXACT_SAMPLING
-from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import NO_RUN, replay
@@ -146,8 +145,8 @@ def test_table_page_and_figure_say_that_a_run_failed(folder):
     assert judged["highlights"]["by_experiment"] is None
     page = verdict_page(judged, PAPER_2006.folder)
     assert "E06 is left out of every average:</strong> full-order run failed at t = 0.001 s" in page
-    missed = {item["id"] for item in judged["items"] if item["status"] == "missed"}
-    assert {f"T8.E06.{model}" for model in MODELS} & {item["id"] for item in judged["items"]} <= missed
+    of_run = {item["status"] for item in judged["items"] if item["id"].startswith("T8.E06.")}
+    assert of_run == {"not judged"}
     table = table_7(read(folder / "published" / "statistics.nc"), table7())
     assert "E06 is left out: its full-order run failed at t = 0.001 s." in table
     figure = time_traces(read(folder / "datum" / "E06.nc"), {}, {})

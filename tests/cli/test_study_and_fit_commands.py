@@ -24,7 +24,9 @@ def test_init_then_study(inside, tmp_path):
     assert out.startswith("mine: Take ") and "Next: pneumo export " in out
     same = pneumo.study(pneumo.load(tmp_path / "cylinder.yaml", tmp_path / "quick.yaml"))
     assert repr(same).splitlines()[:-1] == out.splitlines()[: len(repr(same).splitlines()) - 1]
-    assert same.to_xarray().sizes["row"] == 11 and len(same.plot().axes[0].containers) == 5
+    assert (
+        same.to_xarray().sizes["row"] == len(pneumo.MODELS) + 1 and len(same.plot().axes[0].containers) == 5
+    )
     assert [file.name for file in same.save(tmp_path / "saved")] == ["study.html", "study.nc"]
     _, details, _ = inside("study", "cylinder.yaml", "quick.yaml", "--details")
     assert "mine: open, closed, 2 runs each" in details and "C ± 10 %" in details

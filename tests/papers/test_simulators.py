@@ -74,7 +74,8 @@ def test_runs_of_the_fmu_are_those_of_the_study_where_the_command_is(tmp_path):
     pytest.importorskip("fmpy", reason="fmpy is not installed")
     from benchmarks.fmu_runs import fmu_run
 
-    assert largest(fmu_run(lasting("E13", 1.0), tmp_path), record(lasting("E13", 1.0))).max() < 1e-10
+    # Steps of second order: far below the 0.5 kPa to which exports are held.
+    assert largest(fmu_run(lasting("E13", 1.0), tmp_path), record(lasting("E13", 1.0))).max() < 5e-4
     recording = record(lasting("E16", 1.0))
     held, often = (largest(fmu_run(lasting("E16", 1.0), tmp_path, every), recording) for every in (1, 10))
     # The controller is outside: the command is late by half the time between communication points.
