@@ -12,7 +12,6 @@ from brief import in_brief
 from exported_c import C_COMPILER, CompiledModel
 from scipy.integrate import solve_ivp
 
-import pneumo
 from benchmarks.exported_strokes import (
     AT_REST,
     NEVER,
@@ -29,7 +28,7 @@ from pneumo.equations.system import rates, system
 from pneumo.export import exported
 
 H, DURATION = 1e-3, 0.3  # s; all strokes but the slowest end within it
-REST = 3000  # steps
+REST = 10_000  # steps: air in a large dead volume takes seconds to warm up
 BRIEF = [(4.0, 4e-6, 10e5, -1), (1.5, 4e-6, 10e5, 1), (4.0, 30e-6, 2e5, 1)]
 CORNERS = [(C, V_d, P_s, 1) for C in (0.4, 4.0) for V_d in (4e-6, 30e-6) for P_s in (2e5, 10e5)]
 
@@ -114,19 +113,17 @@ def test_a_stroke_from_vented_to_rest_is_that_of_another_solver(C, V_d, P_s, sig
     chosen = sized(template, C, V_d, P_s)
     compiled = CompiledModel("full", None, chosen, tmp_path, piston=True)
     c, inputs = chosen.conditions, [sign * chosen.valve.u_max, 0.0]
-    begin = state = [-sign * chosen.cylinder.x_max, 0.0, c.P_atm, c.T_amb, c.P_atm, c.T_amb]
+    state = [-sign * chosen.cylinder.x_max, 0.0, c.P_atm, c.T_amb, c.P_atm, c.T_amb]
     for expected in reference(chosen, sign):
         failed, state = compiled.step(inputs, inputs, H, state)
         off = np.abs(np.subtract(state, expected))
         assert not failed and off[[2, 4]].max() < PRESSURE and off[[3, 5]].max() < TEMPERATURE
-    command = np.full(round(DURATION / H) + REST, inputs[0])
-    run = pneumo.simulate(chosen, H, command=command, start=pneumo.State(*begin))
     for _ in range(REST):
         failed, state = compiled.step(inputs, inputs, H, state)
         assert not failed
     full, vented = (state[2:4], state[4:6]) if sign > 0 else (state[4:6], state[2:4])
     assert abs(full[0] - P_s) < PRESSURE and abs(vented[0] - c.P_atm) < PRESSURE
-    assert abs(vented[1] - (run.T_B if sign > 0 else run.T_A)[-1]) < TEMPERATURE
+    assert abs(vented[1] - c.T_amb) < TEMPERATURE
 
 
 @C_COMPILER
