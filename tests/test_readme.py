@@ -84,6 +84,7 @@ def test_commands_run_in_an_empty_folder(tmp_path, monkeypatch):
             bench_record("my.yaml", "bench.csv")
         done = CliRunner().invoke(app, command.split())
         assert done.exit_code == 0, f"{command}: {done.output}"
+        assert not command.startswith("study") or len(done.stdout.splitlines()) <= 20
         printed += done.stdout
     shown = re.search(r"```text\n(.*?)\n```", README, re.DOTALL)
     assert shown

@@ -207,7 +207,7 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
         group, lowest = budget.groups[0], budget.rows[0].rms
         known = budget.lowest_if_known(group)
         if known**2 * (1 + MATERIAL) < lowest**2:
-            how = "another record" if budget.measured else "record 20 s and run `pneumo fit`"
+            how = "another record" if budget.measured else "record 20 s, `pneumo fit`"
             lines.append(f"Measure the {group} first: {_kpa(lowest)} becomes {_kpa(known)}; {how}.")
     if chosen.model != FULL_ORDER and MODELS[chosen.model].temperature == "polytropic" and _has_wall(chosen):
         lines.append(f"{chosen.model} drifts to P_0 in a closed chamber: not for a piston held at rest.")
@@ -236,6 +236,4 @@ def _other_winners(ranking: Ranking) -> list[str]:
     if {*winners.values()} == {ranking.rows[0].model}:
         return []
     listed = ", ".join(f"{model} in {name}" for name, model in winners.items())
-    return [
-        f"Use runs like those of your machine: with everything known, the best reduced model is {listed}."
-    ]
+    return [f"With everything known, the best reduced model is {listed}."]
