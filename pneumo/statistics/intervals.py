@@ -1,4 +1,4 @@
-"""Confidence intervals: Student's, of geometric means and ratios, of fractions, and by the bootstrap."""
+"""Confidence intervals: Student's, of means and of geometric means of ratios."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,6 @@ import numpy as np
 from scipy.special import stdtrit  # `scipy.stats` takes half a second to import
 
 CONFIDENCE = 0.95
-RESAMPLES, FEWEST = 2000, 10  # of the bootstrap; samples for an interval
 
 
 class Interval(NamedTuple):
