@@ -61,7 +61,7 @@ def judged(folder: Path, kind: str) -> dict[str, Any]:
     runs = folder / kind
     command = [str(Path(sys.executable).with_name("pneumo")), "paper", "verdict", "--runs", str(runs)]
     subprocess.run([*command, "--tool", SIMULATORS[kind]], check=True, cwd=ROOT)
-    verdict = json.loads(read_json(runs / "verdict/verdict.json"))
+    verdict = read_json(runs / "verdict/verdict.json")
     items = [item for item in verdict["items"] if item["status"] != NOT_JUDGED]
     scores, fit = verdict["highlights"]["scores"], verdict["highlights"]["fit"]
     every = {row["table"]: row["meant"] for row in fit["tables"]}["all"] if fit else None

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from pneumo.configuration.parameters import load as load
     from pneumo.equations.chamber_rate import chamber_rate as chamber_rate
     from pneumo.errors import ConfigurationError as ConfigurationError
-    from pneumo.errors import DamagedError as DamagedError
     from pneumo.errors import InputError as InputError
     from pneumo.errors import PneumoError as PneumoError
     from pneumo.errors import ResultError as ResultError
@@ -52,7 +51,6 @@ _NAMES = {
     "pneumo.equations.chamber_rate": ("chamber_rate",),
     "pneumo.errors": (
         "ConfigurationError",
-        "DamagedError",
         "InputError",
         "PneumoError",
         "ResultError",

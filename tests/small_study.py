@@ -9,7 +9,7 @@ from typing import Any
 from pneumo.configuration.parameters import load, study
 from pneumo.configuration.study_json import to_json
 from pneumo.simulation.signals import STUDY_SAMPLINGS
-from pneumo.storage.files import write_json
+from pneumo.storage.files import write_text
 
 ROOT = Path(__file__).parents[1]
 EXPERIMENTS = ("E06", "E12")
@@ -32,7 +32,7 @@ def small_study(results: Path, override: Path) -> None:
     names = ", ".join(EXPERIMENTS)
     override.write_text(f"name: small\nrun: {{experiments: [{names}], duration_limit_s: 1.0}}\n")
     parameters = results / "parameters.json"
-    write_json(to_json(study(load(ROOT / "config/paper.yaml", override))), parameters)
+    write_text(to_json(study(load(ROOT / "config/paper.yaml", override))), parameters)
 
     def each(folder: str) -> list[Path]:
         return [results / folder / f"{name}.nc" for name in EXPERIMENTS]

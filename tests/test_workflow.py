@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from pneumo.storage.seal import without_hash
 
 from pneumo.selection.cylinder_template import write_table_template
-from pneumo.storage.seal import without_hash
 from tests.checkout import ROOT, edit
 from tests.torture.study import Study
 

@@ -51,7 +51,7 @@ def current_verdict(results: Path, name: PaperName = "2006", folder: Path | None
     from pneumo.verdict.stored_verdict import stored_verdict  # here, or every `pneumo --help` would import it
 
     known, folder = KNOWN[name], folder or PAPERS / name
-    stored = stored_verdict(results / known.results, folder, known.module, known.reads)
+    stored = stored_verdict(results / known.results, folder, known.reads)
     if stored is not None:
         return stored
     from pneumo.verdict.judging import verdict  # here: it imports slow packages

@@ -157,7 +157,6 @@ def _signal(option: str, text: str, columns: tuple[str, ...]) -> "tuple[np.ndarr
 
 
 def _write(run: Any, output: Path, config_sha256: str) -> None:
-    from pneumo.hashing import code_hash
     from pneumo.publish.style import save
     from pneumo.storage.files import atomic, attributes, write
 
@@ -165,8 +164,7 @@ def _write(run: Any, output: Path, config_sha256: str) -> None:
         with atomic(output) as part:
             run.to_table().to_csv(part, index=False)
     else:
-        code = code_hash("pneumo.runs")
-        about = attributes("Simulated run of a cylinder", repr(run), config_sha256, code)
+        about = attributes("Simulated run of a cylinder", repr(run), config_sha256)
         write(run.to_xarray(), output, about)
     svg, png = save(run.plot(), output.with_suffix(""))
     typer.echo(f"{output}, {svg}, {png}: written")

@@ -14,7 +14,6 @@ import xarray as xr
 from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, STARTS, Quantity
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.settings import AS_GOOD, OF_STATED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
-from pneumo.hashing import code_hash
 from pneumo.physics.models import Wall
 from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
@@ -92,10 +91,10 @@ class Reference(NamedTuple):
 
 
 NO_REFERENCE = Reference()
-MADE_BY = {  # title of a file, and the modules that made it
-    "cylinder": ("Reduced models fitted to a measurement", "pneumo.fitting.measurement_fit"),
-    "closed": ("Thermal laws fitted to closed chambers", "pneumo.fitting.closed.closed_fit"),
-    "rig": ("Models fitted to a rig", "pneumo.fitting.rig.rig_fit"),
+TITLES = {  # of files
+    "cylinder": "Reduced models fitted to a measurement",
+    "closed": "Thermal laws fitted to closed chambers",
+    "rig": "Models fitted to a rig",
 }
 
 
@@ -276,8 +275,7 @@ class FitResult:
     def save(self, config_sha256: str, path: Path) -> None:
         """Write the result as NetCDF; its attributes `notes` and `warnings` have a line for each text."""
         summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
-        title, *modules = MADE_BY[self.of]
-        common = attributes(title, summary, config_sha256, code_hash(*modules))
+        common = attributes(TITLES[self.of], summary, config_sha256)
         C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
         write(self.data, path, self.attributes() | C | common)
 

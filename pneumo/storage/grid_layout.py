@@ -62,9 +62,7 @@ def replay_dataset(
     )
 
 
-def write_replays(
-    study: Study, name: str, recording: Recording, outputs: Mapping[str, Path], code_sha256: str
-) -> None:
+def write_replays(study: Study, name: str, recording: Recording, outputs: Mapping[str, Path]) -> None:
     """Replay every model at every n on one experiment, with each signal sampling in `outputs`.
 
     `outputs` has the file of each sampling's cells. Their errors over time are written into the folder
@@ -79,7 +77,6 @@ def write_replays(
             f"Reduced models replayed on {name}, {transport} signals",
             "Error of every model at every n against the full-order run, and the pressures",
             study.config_sha256,
-            code_sha256,
             e,
             comment=same_at_every_n(),
             transport=transport,
@@ -90,7 +87,6 @@ def write_replays(
             f"Errors of reduced models on {name}, {transport} signals",
             "Samples; mean square, lowest and highest error of every step by interval; two choices of n",
             study.config_sha256,
-            code_sha256,
             e,
             transport=transport,
         )

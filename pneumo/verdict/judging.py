@@ -21,7 +21,6 @@ from pneumo.verdict.errata import Proof, read_errata
 from pneumo.verdict.facts import headline, judged_facts
 from pneumo.verdict.published import recorded
 from pneumo.verdict.sources import Computation, Finding, MissingEvidence
-from pneumo.verdict.stored_verdict import hashes_behind_verdict
 
 STATUSES = ("exact", "close", "explained", "contradicted", "missed", "not judged")
 OF_RESULTS = ("prediction", "fitted")  # kinds of evidence of items that depend on the parameters
@@ -54,8 +53,6 @@ class Paper(NamedTuple):
     sources: Callable[[Path, Path], Sources]  # from a folder of results and the paper's folder
     about: Callable[[Sources], dict[str, Any]]  # name of the study, and runs that failed: see `verdict`
     highlights: Callable[[Sources, Sequence[Item]], dict[str, Any]]  # head of the verdict, from judged items
-    module: str  # that defines the paper; with all it imports it is the code behind the verdict
-    reads: Sequence[str]  # patterns of the files of results that its sources read
     command: str  # that shows one item, before the item's name
     # Number of each item under each alternative assumption, by (alternative, item); None if not run.
     alternatives: Callable[[Path, Sources], xr.DataArray | None] = _not_run
@@ -247,8 +244,6 @@ def counts(items: Sequence[Item]) -> dict[str, int]:
 
 def verdict(results: Path, paper: Paper) -> dict[str, Any]:
     """Judge every claim of a paper against a folder of results; return the content of ``verdict.json``."""
-    # Before anything is read.
-    made_from = hashes_behind_verdict(results, paper.folder, paper.module, paper.reads)
     judge = Judge(results, paper)
     items = [judge.judge(claim) for claim in judge.claims.items.values()]
     about = paper.about(judge.sources)
@@ -279,7 +274,6 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
         "doubts": [doubt.model_dump() for doubt in judge.doubts.values()],
         "assumptions": {name: entry.model_dump() for name, entry in assumptions.items()},
         "assumptions_run": judge.alternatives is not None,  # whether the alternatives were
-        **made_from,
     }
 
 

@@ -11,6 +11,7 @@ import pytest
 from bad_input import assert_one_line
 from brief import in_brief
 from checkout import PNEUMO, ROOT
+from pneumo.storage.seal import hashes_without_seal
 
 from pneumo import __version__
 from pneumo.cli import INTERRUPTED
@@ -20,7 +21,6 @@ from pneumo.linear.linear_model import linearise
 from pneumo.physics.models import MODELS
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import write_json
-from pneumo.storage.seal import hashes_without_seal
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["models"], ["check", "config/paper.yaml"]])

@@ -32,7 +32,7 @@ def project(tmp_path_factory):
 
 def test_numbers_are_those_of_the_results(project):
     quoted = json.loads((project / "results/manuscript.json").read_text(encoding="utf-8"))
-    verdict = json.loads(read_json(ROOT / "results/verdict.json"))
+    verdict = read_json(ROOT / "results/verdict.json")
     assert quoted["verdict"]["headline"] == headline_text(verdict["headline"])
     assert quoted["setup"]["replays"] == "1056"
     assert quoted["verdict"]["claimed"]["of_M6"] == "40 %"

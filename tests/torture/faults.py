@@ -18,8 +18,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from pneumo.storage.files import write_text
 from pneumo.storage.seal import SEALS, sealed_files
+
+from pneumo.storage.files import write_text
 from tests.checkout import ROOT
 from tests.torture.study import Study, stop
 

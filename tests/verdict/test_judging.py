@@ -16,10 +16,10 @@ from paper.study.paper_2006.erratum_proofs import PROOFS
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.results import StudyResults
 from pneumo.cli.commands import app
-from pneumo.configuration.study_json import from_json, to_json
+from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
 from pneumo.storage import kept_evidence
-from pneumo.storage.files import read_json, write, write_json
+from pneumo.storage.files import read_study, write, write_text
 from pneumo.verdict.comparison import Comparison
 from pneumo.verdict.facts import headline_text
 from pneumo.verdict.judging import STATUSES, Judge, recorded_text, verdict
@@ -144,9 +144,9 @@ def test_an_alternative_assumption_explains_only_where_it_was_run_and_fits(
 
 @pytest.mark.slow
 def test_another_study_is_judged_without_the_papers_experiments(results):
-    whole = from_json(read_json(results / "parameters.json"))
+    whole = read_study(results / "parameters.json")
     few = {name: whole.experiments[name] for name in ("E06", "E12")}
-    write_json(to_json(whole._replace(name="smoke", experiments=few)), results / "parameters.json")
+    write_text(to_json(whole._replace(name="smoke", experiments=few)), results / "parameters.json")
     for file in ("settling.nc", "published/statistics.nc", "exact/statistics.nc"):
         with xr.open_dataset(results / file) as opened:
             dataset = opened.load()
@@ -159,7 +159,7 @@ def test_another_study_is_judged_without_the_papers_experiments(results):
     assert "this study has no E14" in items["T5.E14.P_A"]["reason"]
     assert items["T5.E06.P_A"]["status"] == "exact"
     changed = {name: e._replace(steps=e.steps // 10) for name, e in few.items()}
-    write_json(to_json(whole._replace(experiments=changed)), results / "parameters.json")
+    write_text(to_json(whole._replace(experiments=changed)), results / "parameters.json")
     judged = verdict(results, PAPER_2006)
     items = {item["id"]: (item["status"], item["reason"]) for item in judged["items"]}
     assert items["T5.E06.P_A"] == ("not judged", "the parameters of E06, E12 are not the paper's")
@@ -168,9 +168,9 @@ def test_another_study_is_judged_without_the_papers_experiments(results):
 
 
 def test_results_of_another_study_are_named_as_such(results):
-    whole = from_json(read_json(results / "parameters.json"))
+    whole = read_study(results / "parameters.json")
     experiments = {"own": whole.experiments["E06"]}
-    write_json(
+    write_text(
         to_json(whole._replace(name="32 x 200 mm", experiments=experiments)), results / "parameters.json"
     )
     with pytest.raises(ResultError, match="holds another study, 32 x 200 mm, with the experiments own;"):
@@ -179,7 +179,7 @@ def test_results_of_another_study_are_named_as_such(results):
 
 @pytest.mark.parametrize("text", ['{"name": 1}', '{"name": "", "experiments": [1]}', '{"a": "\\u0000"}'])
 def test_parameters_that_are_no_study_are_refused(tmp_path, text):
-    write_json(text, tmp_path / "parameters.json")
+    write_text(text, tmp_path / "parameters.json")
     with pytest.raises(ResultError, match=r"parameters\.json: does not hold a study"):
         _ = StudyResults(tmp_path, "published").study
 
@@ -192,14 +192,14 @@ def test_a_stored_verdict_is_shown_while_nothing_it_was_made_from_changed(result
     assert stored() is None
     judged = verdict(results, PAPER_2006._replace(folder=paper))
     assert json.dumps(judged["items"]) == json.dumps(judged_once["items"])  # the same results, the same text
-    write_json(json.dumps(judged), results / "verdict.json")
+    write_text(json.dumps(judged), results / "verdict.json")
     assert stored() | {"sha256": ""} == json.loads(json.dumps(judged)) | {"sha256": ""}
     assert stored("pneumo.verdict.judging") is None  # other code
     scale_settling_time(results, 1.5)
     assert stored() is None
     anew = current_verdict(results, "2006", paper)
     assert anew["counts"] != judged["counts"]
-    write_json(json.dumps(anew), results / "verdict.json")
+    write_text(json.dumps(anew), results / "verdict.json")
     assert stored() is not None
     edit(paper / "claims.yaml", "# What the paper claims", "# What it claims")
     assert stored() is None

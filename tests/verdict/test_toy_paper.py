@@ -90,8 +90,6 @@ def toy(tmp_path) -> Paper:
         lambda results, folder: {"water": {"density": 998.2, "boils": 100.0, "ice": 917.0}},
         lambda sources: {"study": "paper", "failures": {}, "settling_failures": {}},
         lambda sources, items: {},
-        module="pneumo.verdict.judging",
-        reads=(),
         command="none",
     )
 

@@ -3,18 +3,21 @@
 
 rule live:
     input:
-        parameters=rules.parameters.output[0],
-        templates=expand(
-            "pneumo/export/templates/{name}.j2",
-            name=["model.c", "model.h", "test.c", "live.c", "wasm_math.h"],
-        ),
         sources=[f"docs/live/{name}" for name in ("frame.html", "live.html", "live.css", "live.js")],
     output:
         page="<results>/live.html",
     log:
         "<results>/logs/live.log",
     params:
-        code=code_behind("live.py"),
+        study=STUDY,
+        code=sha256_of(
+            *SIMULATION,
+            "pneumo/equations",
+            "pneumo/export",
+            "pneumo/linear",
+            "pneumo/statistics",
+            "pneumo/publish",
+        ),
         n=1.35,
     message:
         "The full order and every model in the browser"

@@ -18,7 +18,7 @@ rule simulated_example:
     log:
         "<results>/logs/simulated_example.log",
     params:
-        code=code_behind("simulated_example.py"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Simulated example of 2007, and coefficients of its cylinders, with figures"
     script:
@@ -35,7 +35,6 @@ rule verdict_2007:
         assumptions="paper/2007/assumptions.yaml",
         published=expand("paper/2007/published/table{number}.csv", number=range(1, 6)),
         quoted="paper/2007/published/quoted.csv",
-        templates=page_templates("verdict.html.j2"),
         about=["paper/2007/page.yaml", "paper/2007/findings.html.j2"],
     output:
         judged="<results>/2007/verdict.json",
@@ -44,7 +43,7 @@ rule verdict_2007:
         "<results>/logs/verdict_2007.log",
     params:
         name="2007",
-        code=code_behind("verdict.py", "paper.study.paper_2007.paper"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Verdict on the paper of 2007, and its page"
     script:

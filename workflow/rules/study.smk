@@ -13,7 +13,6 @@ include: "manuscript.smk"
 
 rule paper:
     input:
-        rules.parameters.output,
         rules.settling.output,
         rules.datum.output,
         rules.replay.output,

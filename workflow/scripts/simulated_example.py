@@ -11,12 +11,12 @@ from pneumo.publish.style import save
 from pneumo.storage.files import attributes, read, write
 
 
-def main(claims: Path, response: Path, coefficients: Path, svg: list[Path], code: str) -> None:
+def main(claims: Path, response: Path, coefficients: Path, svg: list[Path]) -> None:
     summary = "A closed chamber pushed to mid-stroke, and what the seven steps make of it, by reading"
-    write(example(), response, attributes("Simulated example", summary, "none", code))
+    write(example(), response, attributes("Simulated example", summary, "none"))
     summary = "Heat transfer coefficients over volume by area: measured, predicted, quoted, studied in 2006"
     trends = trend(Results(response.parent, claims.parent))
-    write(trends, coefficients, attributes("Coefficients of cylinders", summary, "none", code))
+    write(trends, coefficients, attributes("Coefficients of cylinders", summary, "none"))
     drawn = {"simulated_example": response, "coefficients": coefficients}
     for figure in svg:
         draw = getattr(conductance_figures, figure.stem)

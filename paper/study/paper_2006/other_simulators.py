@@ -213,7 +213,6 @@ def paper_for(results: OtherResults, tool: str) -> Paper:
         highlights=highlights,
         alternatives=Paper._field_defaults["alternatives"],
         chi_square=PAPER_2006.chi_square if whole else Paper._field_defaults["chi_square"],
-        reads=(),
     )
 
 

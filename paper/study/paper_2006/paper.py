@@ -7,7 +7,6 @@ from typing import Any
 import xarray as xr
 
 from paper.study import PAPERS
-from paper.study.known_papers import KNOWN
 from paper.study.paper_2006.computations import COMPUTATIONS
 from paper.study.paper_2006.doubt_arguments import ARGUMENTS
 from paper.study.paper_2006.erratum_proofs import PROOFS
@@ -71,8 +70,6 @@ PAPER_2006 = Paper(
     sources,
     about,
     highlights,
-    module=__name__,
-    reads=KNOWN["2006"].reads,
     command="pneumo paper explain",
     alternatives=alternatives,
     changed=changed,

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-from paper.study.known_papers import KNOWN
 from paper.study.paper_2007.computations import COMPUTATIONS
 from paper.study.paper_2007.erratum_proofs import PROOFS
 from paper.study.paper_2007.printed_tables import PAPER_FOLDER
@@ -29,7 +28,5 @@ PAPER_2007 = Paper(
     sources,
     about,
     highlights,
-    module=__name__,
-    reads=KNOWN["2007"].reads,
     command="pneumo paper explain --paper 2007",
 )

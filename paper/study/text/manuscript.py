@@ -3,7 +3,6 @@
 The Typst source reads every number from a JSON file, none is typed there.
 """
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,11 @@ from numpy.typing import ArrayLike
 
 from paper.study.text.verdict_text import size_text
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.study_json import from_json
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text
 from pneumo.simulation.signals import EXACT, STUDY_SAMPLINGS
 from pneumo.statistics.intervals import CONFIDENCE
-from pneumo.storage.files import atomic, read_json
+from pneumo.storage.files import atomic, read_json, read_study
 from pneumo.verdict.facts import AGREES, NOT_JUDGED, headline_text
 
 CLAIMED = {  # printed numbers quoted in the text -> item of the verdict
@@ -38,8 +36,8 @@ def manuscript_numbers(parameters: Path, verdict: Path) -> dict[str, Any]:
     """
     return {
         "confidence": percent_text(CONFIDENCE),
-        "setup": _setup(from_json(read_json(parameters))),
-        "verdict": _verdict(json.loads(read_json(verdict))),
+        "setup": _setup(read_study(parameters)),
+        "verdict": _verdict(read_json(verdict)),
         "models": [_model(name) for name in MODELS],
     }
 
