@@ -198,8 +198,9 @@ def write_text(text: str, path: Path | str) -> None:
 
 def read_json(path: Path | str) -> Any:
     """Content of a JSON file; `ResultError` if the file is missing, truncated or no JSON."""
+    text = _text(path)
     try:
-        return json.loads(_text(path))
+        return json.loads(text)
     except (ValueError, RecursionError):
         raise ResultError(f"{path}: not a whole JSON file; delete it and rerun") from None
 

@@ -1,7 +1,9 @@
-"""Evidence that is kept with the source is the listed one."""
+"""Files of evidence that are kept with the source."""
 
-from pneumo.storage.kept_evidence import KEPT, unlike_list
+from pneumo.storage.checksums import unlike_sums
+from pneumo.storage.kept_evidence import KEPT
 
 
-def test_kept_files_are_those_that_are_listed():
-    assert unlike_list(KEPT) == []
+def test_kept_files_are_those_of_their_list():
+    listed, unlike = unlike_sums(KEPT)
+    assert unlike == [] and listed == len([*KEPT.glob("*.nc"), *KEPT.glob("*.json")])

@@ -1,17 +1,54 @@
-"""Evidence found in results: only what this configuration made counts."""
+"""What makes Snakemake run a rule again: edits of what it uses, evidence of its configuration."""
 
 import json
+import re
 from pathlib import Path
 
+import grimp
 import pytest
 import xarray as xr
+from checkout import ROOT
 from paper_study import STUDY
+from workflow_scripts import SCRIPTS
 
-from pneumo.jobs.rerun_triggers import evidence_for, kept_or_made
+from pneumo.jobs.rerun_triggers import ASSESSMENT, SIMULATION, evidence_for, kept_or_made, sha256_of
 from pneumo.storage import kept_evidence
-from pneumo.storage.files import write, write_json
+from pneumo.storage.files import write, write_text
 
-OWN = {"config_sha256": STUDY.config_sha256, "code_sha256": "c" * 64}
+OWN = {"config_sha256": STUDY.config_sha256}
+RULE = re.compile(r"code=sha256_of\(([^)]*)\).*?scripts/(\w+\.py)", re.DOTALL)
+WITHOUT_NUMBERS = ("pneumo/errors", "pneumo/regular_file", "pneumo/jobs/")
+
+
+def test_every_rule_names_the_folders_of_all_that_its_script_imports():
+    graph = grimp.build_graph("pneumo", "paper", cache_dir=None)
+    text = "".join(file.read_text() for file in sorted((ROOT / "workflow/rules").glob("*.smk")))
+    rules = RULE.findall(text)
+    assert {script for _, script in rules} == {file.name for file in SCRIPTS.glob("*.py")} - {"schemes.py"}
+    for named, script in rules:
+        folders = eval(f"({named.strip(', \n')},)", {"SIMULATION": SIMULATION, "ASSESSMENT": ASSESSMENT})
+        imported = re.findall(
+            r"^from ((?:pneumo|paper)\.[\w.]+) import", (SCRIPTS / script).read_text(), re.M
+        )
+        behind = {*imported}.union(*map(graph.find_upstream_modules, imported))
+        files = {module.replace(".", "/") + ".py" for module in behind - {"paper.study"}}
+        assert not {f for f in files if not f.startswith((*folders, *WITHOUT_NUMBERS))}, script
+
+
+def test_an_edit_of_a_source_changes_its_hash_and_a_compiled_file_does_not(tmp_path):
+    def made():
+        sha256_of.cache_clear()
+        return sha256_of("room", "file.csv")
+
+    (tmp_path / "room/deep").mkdir(parents=True)
+    for name in ("file.csv", "room/a.py", "room/deep/b.c"):
+        (tmp_path / name).write_text("1")
+    seen = {made()}
+    for name in ("file.csv", "room/a.py", "room/deep/b.c", "room/new.py"):
+        (tmp_path / name).write_text("2")
+        seen.add(made())
+    (tmp_path / "room/a.pyc").write_text("compiled")
+    assert made() in seen and len(seen) == 5
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +65,7 @@ def test_evidence_counts_for_the_configuration_that_made_it_only(name, damage):
     if name.endswith(".nc"):
         write(xr.Dataset({"x": 1.0}), file, OWN)
     else:
-        write_json(json.dumps(OWN), file)
+        write_text(json.dumps(OWN), file)
     assert evidence_for("results", STUDY, name) == [str(file)]
     assert evidence_for("results", STUDY._replace(config_sha256="another"), name) == []
     file.write_bytes(damage)
@@ -52,7 +89,7 @@ def test_evidence_says_when_and_from_what_it_was_made(tmp_path, name):
         if name.endswith(".nc"):
             write(xr.Dataset({"x": 1.0}), tmp_path / name, about)
         else:
-            write_json(json.dumps(about), tmp_path / name)
+            write_text(json.dumps(about), tmp_path / name)
         return kept_evidence.made(tmp_path / name)
 
     configuration = f"from the configuration {STUDY.config_sha256[:8]}"

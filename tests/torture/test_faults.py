@@ -25,7 +25,7 @@ class TestFaults:
     def test_a_spoilt_file_is_refused_by_name_and_made_again(self, smoke_study):
         hashes, size = smoke_study.hashes(), smoke_study.size()
         bench = Bench(smoke_study, hashes, 0.0, size, random.Random(1), kills=0, tries=1)
-        same, outcome = next(FAULTS["bit_flip"](bench))
+        same, outcome = next(FAULTS["damage"](bench))
         assert same, outcome
 
     def test_two_kills_then_one_job_at_a_time_give_the_same_bytes(self, smoke_study):
@@ -49,8 +49,8 @@ def two_studies(tmp_path) -> list[Path]:
     values = {"mse": (("n", "t"), [[1.0, -4.0], [np.nan, 2.0]]), "pressure": ("t", pressure)}
     dataset = xr.Dataset(values | {"status": ("n", status)}, {"n": [1.0, 1.4]}, {"title": "A"})
     for name in ("one", "other"):
-        write(dataset, tmp_path / name / "cells.nc", {"code_sha256": name})
-        write_text(json.dumps({"items": [1.5, {"code_sha256": name}]}), tmp_path / name / "verdict.json")
+        write(dataset, tmp_path / name / "cells.nc", {"config_sha256": name})
+        write_text(json.dumps({"items": [1.5, {"config_sha256": name}]}), tmp_path / name / "verdict.json")
         write_text(f"hash {name[0] * 64}".replace("o", "a"), tmp_path / name / "page.html")
     return [tmp_path / "one", tmp_path / "other"]
 

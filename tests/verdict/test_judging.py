@@ -1,8 +1,9 @@
 """Judging, on a study in which everything came out as printed: needs no results."""
 
-import json
+import os
 import re
 import shutil
+import time
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from brief import in_brief
 from checkout import edit
 from typer.testing import CliRunner
 
-from paper.study.known_papers import current_verdict
+from paper.study.known_papers import KNOWN
 from paper.study.paper_2006.erratum_proofs import PROOFS
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.results import StudyResults
@@ -24,7 +25,7 @@ from pneumo.verdict.comparison import Comparison
 from pneumo.verdict.facts import headline_text
 from pneumo.verdict.judging import STATUSES, Judge, recorded_text, verdict
 from pneumo.verdict.sources import Finding
-from pneumo.verdict.stored_verdict import OF_EVIDENCE, hashes_behind_verdict, stored_verdict
+from pneumo.verdict.stored_verdict import OF_EVIDENCE, stored_verdict
 
 OF_M7 = {"S4.M7_40", "S4.M7_10", "S4.M7_mu", "S4.M7_sigma", "S4.M7_72", "S4.best_choice"}
 
@@ -184,38 +185,22 @@ def test_parameters_that_are_no_study_are_refused(tmp_path, text):
         _ = StudyResults(tmp_path, "published").study
 
 
-@pytest.mark.slow
-def test_a_stored_verdict_is_shown_while_nothing_it_was_made_from_changed(results, paper, judged_once):
-    def stored(module: str = PAPER_2006.module) -> dict | None:
-        return stored_verdict(results, paper, module, PAPER_2006.reads)
-
-    assert stored() is None
-    judged = verdict(results, PAPER_2006._replace(folder=paper))
-    assert json.dumps(judged["items"]) == json.dumps(judged_once["items"])  # the same results, the same text
-    write_text(json.dumps(judged), results / "verdict.json")
-    assert stored() | {"sha256": ""} == json.loads(json.dumps(judged)) | {"sha256": ""}
-    assert stored("pneumo.verdict.judging") is None  # other code
-    scale_settling_time(results, 1.5)
-    assert stored() is None
-    anew = current_verdict(results, "2006", paper)
-    assert anew["counts"] != judged["counts"]
-    write_text(json.dumps(anew), results / "verdict.json")
-    assert stored() is not None
-    edit(paper / "claims.yaml", "# What the paper claims", "# What it claims")
-    assert stored() is None
-
-
-def test_a_verdict_is_outdated_by_new_evidence(tmp_path):
-    def inputs() -> str:
-        return hashes_behind_verdict(tmp_path, tmp_path / "paper", PAPER_2006.module, PAPER_2006.reads)[
-            "inputs_sha256"
-        ]
-
-    seen = {inputs()}
-    for name in OF_EVIDENCE:
-        (tmp_path / name).write_text("another seal")
-        seen.add(inputs())
-    assert len(seen) == 1 + len(OF_EVIDENCE)
+def test_a_stored_verdict_is_shown_until_a_file_behind_it_is_newer(results, paper, monkeypatch, tmp_path):
+    monkeypatch.setattr("pneumo.verdict.stored_verdict.KEPT", tmp_path / "kept")
+    reads, file = KNOWN["2006"].reads, results / "verdict.json"
+    assert stored_verdict(results, paper, reads) is None
+    write_text('{"items": []}', file)
+    later = time.time() + 10
+    os.utime(file, (later, later))
+    assert stored_verdict(results, paper, reads) == {"items": []}
+    kept = tmp_path / "kept" / OF_EVIDENCE[0]
+    write_text("", kept)
+    for newer in (kept, paper / "claims.yaml", results / "datum/E06.nc"):
+        os.utime(newer, (later + 1, later + 1))
+        assert stored_verdict(results, paper, reads) is None
+        os.utime(newer, (later - 1, later - 1))
+    write_text('{"items": [', file)
+    assert stored_verdict(results, paper, reads) is None  # cut short
 
 
 @pytest.mark.slow
@@ -279,12 +264,3 @@ def test_reasons_of_what_agrees(printed_once, agreement, tolerance, finding, rea
     )
     found = judge._status(claim, finding, Comparison(agreement, 0.05, 0.1), None)
     assert found == (agreement, reason)
-
-
-def test_a_result_shorter_than_a_seal_counts_among_the_inputs(tmp_path):
-    found = []
-    for text in ("a", "b"):
-        (tmp_path / "short.csv").write_text(text)
-        reads = hashes_behind_verdict(tmp_path, PAPER_2006.folder, "pneumo.verdict.claims", ["short.csv"])
-        found.append(reads["inputs_sha256"])
-    assert found[0] != found[1]
