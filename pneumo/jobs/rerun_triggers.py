@@ -9,8 +9,9 @@ from pneumo.configuration.experiment import Study
 from pneumo.storage.kept_evidence import evidence_file
 
 # Folders behind every simulated number.
-SIMULATION = tuple(
-    f"pneumo/{room}" for room in ("core", "physics", "catalogue", "configuration", "simulation", "storage")
+SIMULATION = (
+    *("pneumo/core", "pneumo/physics", "pneumo/catalogue", "pneumo/configuration"),
+    *("pneumo/simulation", "pneumo/storage"),
 )
 # And behind what is judged, drawn or written.
 ASSESSMENT = (
@@ -30,8 +31,8 @@ def sha256_of(*paths: str) -> str:
     if len(paths) != 1:
         return hashlib.sha256("".join(map(sha256_of, paths)).encode()).hexdigest()
     path, digest = Path(*paths), hashlib.sha256()
-    for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
-        if file.is_file() and file.suffix not in COMPILED:
+    for file in sorted(filter(Path.is_file, path.rglob("*"))) if path.is_dir() else [path]:
+        if file.suffix not in COMPILED:
             digest.update(f"{file.as_posix()}\0{file.stat().st_size}\0".encode() + file.read_bytes())
     return digest.hexdigest()
 

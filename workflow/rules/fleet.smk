@@ -39,7 +39,7 @@ rule fleet_index:
         "<results>/logs/fleet_index.log",
     params:
         name=FLEET.sources.content["name"],
-        code=sha256_of("pneumo/selection", "pneumo/publish"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Index of all cylinders"
     script:
