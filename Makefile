@@ -19,7 +19,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench crosscheck fuzz torture determinism sanitize slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench fuzz torture determinism sanitize slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -73,11 +73,6 @@ docs: .venv/.dev  ## build the documentation into site/; a warning is an error
 	$(activate)
 	sphinx-build --jobs $(JOBS) --quiet --fail-on-warning --keep-going --nitpicky docs site
 
-crosscheck: .venv/.dev  ## run the equations once more in GNU Octave, where it is installed, and compare
-	@echo "== crosscheck: octave-cli tests/crosscheck/crosscheck.m"
-	$(activate)
-	python -m tests.crosscheck.octave
-
 fuzz: .venv/.dev  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
 	@echo "== fuzz: pytest tests/cli/test_fuzz.py"
 	$(activate)
@@ -104,13 +99,12 @@ sanitize: .venv/.dev  ## run the core's tests under the sanitizers of addresses 
 	export LD_PRELOAD="$$(gcc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONPATH="$$PWD"
 	pytest -n $(JOBS) -m "not slow" tests/core tests/simulation
 
-slurm-test: .venv/.dev  ## run smoke study and fleet, disturbed, on a Slurm of one node made for it (root; slurm-wlm, munge)
+slurm-test: .venv/.dev  ## run the smoke study on a Slurm of one node made for it (root; slurm-wlm, munge)
 	@echo "== slurm-test: workflow/profiles/slurm"
 	$(activate)
 	uv pip install --quiet --no-deps --target .snakemake/slurm snakemake-executor-plugin-slurm snakemake-executor-plugin-slurm-jobstep
 	export PYTHONPATH="$$PWD/.snakemake/slurm"
 	python -m tests.torture.slurm
-	python -m tests.torture.slurm --cylinders 200 --evidence results/evidence/slurm.json
 
 lint: .venv/.dev  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, zizmor, cog, snakefmt, snakemake --lint"

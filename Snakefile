@@ -17,11 +17,12 @@ from pneumo.jobs.checked_study import (
     without_trust,
 )
 from pneumo.jobs.fleet_plan import checked_fleet
-from pneumo.jobs.rerun_triggers import ASSESSMENT, SIMULATION, evidence_for, kept_or_made, sha256_of
+from pneumo.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
 from pneumo.jobs.run_lock import check_run_folder, take_run_lock
 from pneumo.storage.checksums import write_sums
 
 find_paper_study()
+from paper.study.kept_evidence import evidence_for, kept_or_made
 from paper.study.labels import shown
 
 min_version("9.27")

@@ -22,6 +22,7 @@ from fragments import NUMBERS, ROOT, stored_numbers
 
 from benchmarks.fleet_law import law, minutes, rows
 from paper.study import PAPERS
+from paper.study.kept_evidence import KEPT
 from paper.study.pages.verdict_page import SIMULATORS
 from paper.study.paper_2006.summary import LEVELS
 from paper.study.text.markdown_tables import markdown_table as table
@@ -30,7 +31,6 @@ from pneumo.export.step_cost import FILE as STEP_COST
 from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
 from pneumo.simulation.signals import STUDY_SAMPLINGS
-from pneumo.storage.kept_evidence import KEPT
 from pneumo.verdict.facts import headline_text
 
 RESULTS, STATIC = ROOT / "results", ROOT / "docs/static"

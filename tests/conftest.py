@@ -56,7 +56,7 @@ def results() -> Path:
 @pytest.fixture(scope="session")
 def evidence_file(results):
     """Path of a file of evidence by its name, in results or kept with the source; where absent, skip."""
-    from pneumo.storage import kept_evidence
+    from paper.study import kept_evidence
 
     def path(name: str, target: str = "evidence") -> Path:
         file = kept_evidence.evidence_file(results, name)

@@ -5,10 +5,10 @@ import os
 import pytest
 from netCDF4 import Dataset
 
+from paper.study.kept_evidence import evidence_file
 from pneumo.errors import InputError
 from pneumo.regular_file import regular_file
 from pneumo.storage.files import atomic, output_folder, write_text
-from pneumo.storage.kept_evidence import evidence_file
 
 SIGNAL = "experiments: {open: {signal: {kind: csv, file: pipe.csv, column: u, hold_s: 0.1}}}"
 TABLE = "cylinders: pipe.csv"

@@ -48,7 +48,7 @@ def current_verdict(results: Path, name: PaperName = "2006", folder: Path | None
 
     `results` is the folder of all results; `folder` is the paper's, by default that in ``paper/``.
     """
-    from pneumo.verdict.stored_verdict import stored_verdict  # here, or every `pneumo --help` would import it
+    from paper.study.stored_verdict import stored_verdict  # here, or every `pneumo --help` would import it
 
     known, folder = KNOWN[name], folder or PAPERS / name
     stored = stored_verdict(results / known.results, folder, known.reads)

@@ -1,12 +1,8 @@
-"""Reasons for Snakemake to rerun a rule besides its inputs: sources, and evidence in results."""
+"""Sources that a rule uses, which Snakemake watches besides the rule's inputs."""
 
 import hashlib
-import os
 from functools import cache
 from pathlib import Path
-
-from pneumo.configuration.experiment import Study
-from pneumo.storage.kept_evidence import evidence_file
 
 # Folders behind every simulated number.
 SIMULATION = (
@@ -35,14 +31,3 @@ def sha256_of(*paths: str) -> str:
         if file.suffix not in COMPILED:
             digest.update(f"{file.as_posix()}\0{file.stat().st_size}\0".encode() + file.read_bytes())
     return digest.hexdigest()
-
-
-def evidence_for(results: str, study: Study, name: str) -> list[str]:
-    """Return the file of evidence that was made from this configuration in a list, which may be empty."""
-    file = evidence_file(Path(results), name, study.config_sha256)
-    return [] if file is None else [os.path.relpath(file)]
-
-
-def kept_or_made(results: str, study: Study, name: str) -> str:
-    """Return the path of evidence made from this configuration, else where it will be made."""
-    return (evidence_for(results, study, name) or [f"{results}/{name}"])[0]

@@ -41,16 +41,6 @@ def test_structs_have_the_fields_of_the_named_tuples_in_their_order(kind):
     assert [name for name, _ in core.ffi.typeof(kind.__name__).fields] == list(kind._fields)
 
 
-def test_a_struct_holds_what_the_named_tuple_held():
-    plant = STUDY.experiments["E14"].plant
-    held = core.struct("Plant", plant)
-    for part in ("gas", "valve", "conditions", "cylinder"):
-        values = getattr(plant, part)
-        names = [name for name in values._fields if name != "paths"]  # an array of each field
-        assert [getattr(getattr(held, part), name) for name in names] == [getattr(values, n) for n in names]
-    assert held.k_0 == plant.k_0
-
-
 EXPONENTIAL = Polynomial([1 / math.factorial(k) for k in range(20)])
 SERIES = {  # of the header's arrays, and where they hold
     "EXP": (EXPONENTIAL, (-polynomials.EXP_REACH, polynomials.EXP_REACH)),

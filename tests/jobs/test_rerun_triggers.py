@@ -1,21 +1,13 @@
-"""What makes Snakemake run a rule again: edits of what it uses, evidence of its configuration."""
+"""What makes Snakemake run a rule again: edits of what it uses."""
 
-import json
 import re
-from pathlib import Path
 
 import grimp
-import pytest
-import xarray as xr
 from checkout import ROOT
-from paper_study import STUDY
 from workflow_scripts import SCRIPTS
 
-from pneumo.jobs.rerun_triggers import ASSESSMENT, SIMULATION, evidence_for, kept_or_made, sha256_of
-from pneumo.storage import kept_evidence
-from pneumo.storage.files import write, write_text
+from pneumo.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
 
-OWN = {"config_sha256": STUDY.config_sha256}
 RULE = re.compile(r"code=sha256_of\(([^)]*)\).*?scripts/(\w+\.py)", re.DOTALL)
 IMPORTED = re.compile(r"^from ((?:pneumo|paper)\.[\w.]+) import", re.MULTILINE)
 WITHOUT_NUMBERS = ("pneumo/errors", "pneumo/regular_file", "pneumo/jobs")
@@ -36,7 +28,9 @@ def test_every_rule_names_the_folders_of_all_that_its_script_imports():
         assert not {path for path in paths if not path.startswith(covered)}, script
 
 
-def test_an_edit_of_a_source_changes_its_hash_and_a_compiled_file_does_not(tmp_path):
+def test_an_edit_of_a_source_changes_its_hash_and_a_compiled_file_does_not(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
     def made():
         sha256_of.cache_clear()
         return sha256_of("room", "file.csv")
@@ -50,51 +44,3 @@ def test_an_edit_of_a_source_changes_its_hash_and_a_compiled_file_does_not(tmp_p
         seen.add(made())
     (tmp_path / "room/a.pyc").write_text("compiled")
     assert made() in seen and len(seen) == 5
-
-
-@pytest.fixture(autouse=True)
-def empty_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(kept_evidence, "KEPT", tmp_path / "kept")
-
-
-@pytest.mark.parametrize("name", ["assumptions.nc", "findings.json"])
-@pytest.mark.parametrize("damage", [b"", b"{", b"[]", b"{}", b"\xff"])
-def test_evidence_counts_for_the_configuration_that_made_it_only(name, damage):
-    file = Path("results") / name
-    assert evidence_for("results", STUDY, name) == []
-    if name.endswith(".nc"):
-        write(xr.Dataset({"x": 1.0}), file, OWN)
-    else:
-        write_text(json.dumps(OWN), file)
-    assert evidence_for("results", STUDY, name) == [str(file)]
-    assert evidence_for("results", STUDY._replace(config_sha256="another"), name) == []
-    file.write_bytes(damage)
-    assert evidence_for("results", STUDY, name) == [str(file)]  # so that the job which reads it refuses it
-
-
-def test_kept_evidence_serves_where_results_lack_it_and_that_of_no_configuration_every_study(tmp_path):
-    write(xr.Dataset({"x": 1.0}), tmp_path / "kept/floor.nc", OWN)
-    another = STUDY._replace(config_sha256="another")
-    assert kept_or_made("results", STUDY, "floor.nc") == "kept/floor.nc"
-    assert kept_or_made("results-another", another, "floor.nc") == "results-another/floor.nc"
-    write(xr.Dataset({"x": 2.0}), tmp_path / "results/floor.nc", OWN)
-    assert kept_or_made("results", STUDY, "floor.nc") == "results/floor.nc"
-    write(xr.Dataset({"x": 1.0}), tmp_path / "kept/cylinders.nc", {"config_sha256": "none: drawn"})
-    assert kept_or_made("results", STUDY, "cylinders.nc") == "kept/cylinders.nc"
-
-
-@pytest.mark.parametrize("name", ["floor.nc", "findings.json"])
-def test_evidence_says_when_and_from_what_it_was_made(tmp_path, name):
-    def told(about):
-        if name.endswith(".nc"):
-            write(xr.Dataset({"x": 1.0}), tmp_path / name, about)
-        else:
-            write_text(json.dumps(about), tmp_path / name)
-        return kept_evidence.made(tmp_path / name)
-
-    configuration = f"from the configuration {STUDY.config_sha256[:8]}"
-    assert told(OWN) == f"{name}: made in this folder {configuration}"
-    kept = OWN | {"date_created": "2026-11-22"}
-    assert told(kept) == f"{name}: made on 2026-11-22 {configuration}"
-    assert told(kept | {"config_sha256": "none: drawn"}) == f"{name}: made on 2026-11-22"

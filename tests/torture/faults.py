@@ -5,9 +5,7 @@
 
 import argparse
 import json
-import os
 import random
-import shutil
 import signal
 import subprocess
 import tempfile
@@ -21,8 +19,6 @@ from typing import NamedTuple
 from pneumo.storage.files import write_text
 from tests.checkout import ROOT
 from tests.torture.study import Study, stop
-
-DAY = 86_400
 
 
 class NotRun(Exception):
@@ -104,21 +100,6 @@ def read_only(bench: Bench) -> Iterator[tuple[bool, str]]:
         yield bench.rerun(f"{done.refusal or 'Snakemake had nothing to do'}; resumed")
 
 
-def clock_back(bench: Bench) -> Iterator[tuple[bool, str]]:
-    """Kill a run that lives a day ahead, and go on today: its files are from the future."""
-    if not shutil.which("faketime"):
-        raise NotRun("faketime is not installed")
-    for _ in range(bench.tries):
-        bench.study.clear()
-        run = bench.study.start(before=("faketime", "-f", f"+{DAY}s"))
-        stop(run, signal.SIGKILL, with_jobs=True, after=bench.moment())
-        for folder in (bench.study.results, bench.study.folder / ".snakemake"):
-            for file in folder.rglob("*"):  # faketime shifts what programs see, not what the disk says
-                date = file.stat().st_mtime + DAY
-                os.utime(file, (date, date))
-        yield bench.rerun("killed a day ahead, resumed today")
-
-
 def two_runs(bench: Bench) -> Iterator[tuple[bool, str]]:
     """Start two at once: one works, the other is refused."""
     for _ in range(bench.tries):
@@ -152,7 +133,6 @@ FAULTS: dict[str, Fault] = {
     "sigint": lambda bench: interrupted(bench, signal.SIGINT, bench.tries, alone=False),
     "disk_full": disk_full,
     "read_only": read_only,
-    "clock_back": clock_back,
     "two_runs": two_runs,
     "damage": damage,
 }

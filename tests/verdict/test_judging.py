@@ -12,20 +12,20 @@ from brief import in_brief
 from checkout import edit
 from typer.testing import CliRunner
 
+from paper.study import kept_evidence
 from paper.study.known_papers import KNOWN
 from paper.study.paper_2006.erratum_proofs import PROOFS
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.results import StudyResults
+from paper.study.stored_verdict import OF_EVIDENCE, stored_verdict
 from pneumo.cli.commands import app
 from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
-from pneumo.storage import kept_evidence
 from pneumo.storage.files import read_study, write, write_text
 from pneumo.verdict.comparison import Comparison
 from pneumo.verdict.facts import headline_text
 from pneumo.verdict.judging import STATUSES, Judge, recorded_text, verdict
 from pneumo.verdict.sources import Finding
-from pneumo.verdict.stored_verdict import OF_EVIDENCE, stored_verdict
 
 OF_M7 = {"S4.M7_40", "S4.M7_10", "S4.M7_mu", "S4.M7_sigma", "S4.M7_72", "S4.best_choice"}
 
@@ -186,7 +186,7 @@ def test_parameters_that_are_no_study_are_refused(tmp_path, text):
 
 
 def test_a_stored_verdict_is_shown_until_a_file_behind_it_is_newer(results, paper, monkeypatch, tmp_path):
-    monkeypatch.setattr("pneumo.verdict.stored_verdict.KEPT", tmp_path / "kept")
+    monkeypatch.setattr("paper.study.stored_verdict.KEPT", tmp_path / "kept")
     reads, file = KNOWN["2006"].reads, results / "verdict.json"
     assert stored_verdict(results, paper, reads) is None
     write_text('{"items": []}', file)

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
+from paper.study.kept_evidence import made
 from paper.study.pages.report_page import report_page, stored_parts
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import read_json, read_study, write_text
-from pneumo.storage.kept_evidence import made
 
 
 def main(

@@ -3,11 +3,11 @@
 import json
 from pathlib import Path
 
+from paper.study.kept_evidence import made
 from paper.study.known_papers import PaperName, paper
 from paper.study.pages.verdict_page import verdict_page
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import write_text
-from pneumo.storage.kept_evidence import made
 from pneumo.verdict.judging import verdict
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import xarray as xr
 
 from paper.study import PAPERS
+from paper.study.kept_evidence import evidence_file
 from paper.study.paper_2006.computations import COMPUTATIONS
 from paper.study.paper_2006.doubt_arguments import ARGUMENTS
 from paper.study.paper_2006.erratum_proofs import PROOFS
@@ -18,7 +19,6 @@ from pneumo.configuration.study_json import plain
 from pneumo.errors import ResultError
 from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.storage.files import read
-from pneumo.storage.kept_evidence import evidence_file
 from pneumo.verdict.judging import Paper, Sources
 
 RUNS = {"failures": "datum", "settling_failures": "settling"}

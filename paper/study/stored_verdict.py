@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pneumo.storage.kept_evidence import KEPT
+from paper.study.kept_evidence import KEPT
 
 OF_PAPER = ("*.yaml", "published/*.csv", "seed_deviations.csv")  # what a verdict reads
 OF_EVIDENCE = ("assumptions.nc", "seed_sets.nc")

@@ -1,13 +1,15 @@
 """Evidence: files that take hours to make, in results or, where these lack them, kept with the source."""
 
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from pneumo.configuration.experiment import Study
 from pneumo.regular_file import regular_file
 from pneumo.storage.checksums import LARGEST_RESULT
 
-KEPT = Path(__file__).resolve().parents[2] / "paper" / "evidence"
+KEPT = Path(__file__).resolve().parents[1] / "evidence"
 NO_CONFIGURATION = "none: "  # begins `config_sha256` of evidence that no configuration made
 
 
@@ -19,6 +21,17 @@ def evidence_file(results: Path, name: str, config_sha256: str = "") -> Path | N
     """
     files = (file for file in (results / name, KEPT / name) if file.exists())
     return next((file for file in files if not config_sha256 or _made_from(file, config_sha256)), None)
+
+
+def evidence_for(results: str, study: Study, name: str) -> list[str]:
+    """Return the file of evidence that was made from this configuration in a list, which may be empty."""
+    file = evidence_file(Path(results), name, study.config_sha256)
+    return [] if file is None else [os.path.relpath(file)]
+
+
+def kept_or_made(results: str, study: Study, name: str) -> str:
+    """Return the path of evidence made from this configuration, else where it will be made."""
+    return (evidence_for(results, study, name) or [f"{results}/{name}"])[0]
 
 
 def made(file: Path) -> str:
