@@ -16,17 +16,6 @@ H = 0.001
 EPS = np.finfo(float).eps
 
 
-@pytest.mark.parametrize("name", STUDY.experiments)
-def test_thermal_time_constant_is_m_c_v_over_k_0(name):
-    e = STUDY.experiments[name]
-    bore, stroke = {"D": (0.020, 0.100), "E": (0.032, 0.275)}[e.cylinder]  # Table 2
-    V_d = {"D": 1.571e-6, "E": 1.106e-5}[e.cylinder]
-    P_0, T_0, R = 0.8077 * 7e5, 293.0, 287.0
-    mass = P_0 * (np.pi * bore**2 / 4 * stroke / 2 + V_d) / (R * T_0)
-    expected = mass * (R / 0.4) / e.plant.k_0
-    assert thermal_time_constant(e.plant) == pytest.approx(expected, rel=16 * EPS)  # a dozen roundings
-
-
 @given(st.floats(0.01, 1.0), st.sampled_from([-1, 1]), st.floats(1.0, 1e6), st.floats(0, 1e6))
 def test_exponential_settles_after_ln_100_time_constants(tau, sign, size, end):
     # Up to the next step; the last value, at 20 tau, still misses the limit by e^-20, which shifts the
@@ -60,16 +49,6 @@ def test_a_deviation_of_exactly_1_per_cent_is_settled(change):
     assert settling_time(series, 0.0, change, 0.5) == 1.5
     assert settling_time(series[:4], 0.0, change, 0.5) == 1.5
     assert np.isnan(settling_time(series[:3], 0.0, change, 0.5))
-
-
-@pytest.mark.parametrize(("least", "step"), [(0, 3), (3, 3), (4, 5), (6, -1)])
-def test_air_is_back_once_both_temperatures_have_been_away_and_are_within_the_limit(least, step):
-    T_A = 293 + np.array([0.0, 0.5, 0.25, -0.25, 0.5, 0.0])
-    T_B = 293 + np.array([0.0, 0.0, 0.5, 0.25, 0.0, -0.25])
-    rest = np.zeros_like(T_A)
-    states = np.stack([rest, rest, rest, T_A, rest, T_B], axis=1)
-    assert settling._back_near(states, 293.0, 0.25, least) == step
-    assert settling._back_near(states[[0, 0, 5, 5]], 293.0, 0.25, 0) == -1  # never away
 
 
 def test_pressures_settle_to_their_last_value_and_temperatures_to_that_of_the_walls():

@@ -1,4 +1,4 @@
-"""A table of cylinders beside its configuration, for tests and the bench."""
+"""A table of cylinders beside its configuration."""
 
 import csv
 from pathlib import Path
