@@ -87,23 +87,23 @@ def test_an_edit_reruns_what_depends_on_it_only(smoke_study, edit, rerun, kept):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "text", "jobs"),
+    ("files", "jobs"),
     [
-        ("findings.json", '{"config_sha256": "another", "claims": [], "note": ""}', set()),
-        ("findings.json", '{"config_sha256": "its own"}', {"report"}),  # and not the ensemble
-        ("assumptions.nc", "", {"verdict", "report"}),
-        ("paper.pdf", "", {"report"}),
+        ({"findings.json": '{"config_sha256": "another", "claims": [], "note": ""}'}, set()),
+        ({"findings.json": '{"config_sha256": "its own"}', "paper.pdf": ""}, {"report"}),
+        ({"assumptions.nc": ""}, {"verdict", "report"}),
     ],
 )
-def test_evidence_once_there_is_used_if_it_is_this_studys(smoke_study, name, text, jobs):
-    evidence = smoke_study.results / name
-    assert not evidence.exists()  # it is no part of the study
-    parameters = json.loads((smoke_study.results / "parameters.json").read_text())
-    evidence.write_text(text.replace("its own", parameters["config_sha256"]))
+def test_evidence_once_there_is_used_if_it_is_this_studys(smoke_study, files, jobs):
+    results = smoke_study.results
+    own = json.loads((results / "parameters.json").read_text())["config_sha256"]
+    for name, text in files.items():
+        (results / name).write_text(text.replace("its own", own))
     try:
         assert set(planned(smoke_study)) == jobs
     finally:
-        evidence.unlink()
+        for name in files:
+            (results / name).unlink()
 
 
 @pytest.mark.slow

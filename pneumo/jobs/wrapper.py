@@ -1,6 +1,5 @@
 """Around the work of every workflow script: arguments, lock, log and errors."""
 
-import gc
 import inspect
 import signal
 import sys
@@ -15,10 +14,6 @@ from typing import Any
 from pneumo.errors import SYSTEM, PneumoError
 from pneumo.jobs.run_lock import job_lock
 
-GARBAGE = (
-    100_000  # objects made between two collections; with Python's 700 they take a seventh of compile time
-)
-
 
 def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
     """Call a workflow script's main function with the values of its rule, if Snakemake runs the script.
@@ -32,7 +27,6 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
     if job is None:
         return
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # else Python waits for threads in compiled code
-    gc.set_threshold(GARBAGE)
     start = time.perf_counter()
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # for locales other than UTF-8

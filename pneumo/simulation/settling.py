@@ -100,14 +100,14 @@ def _without_times(states: np.ndarray, release_step: int, given_up: int) -> Sett
     return Settling(np.full(len(QUANTITIES), np.nan), states, release_step, status, step)
 
 
-def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
+def settle(experiment: Experiment) -> Settling:
     """Push the piston onto a stop, hold it, release it, and measure the settling times of Table 5.
 
     The piston is held until both temperatures have come back to within `Push.near` of T_amb. After the
     release the run ends when they have done so again, or after `Push.stop` s where that is given. A run that
-    fails, takes longer than `longest` s in either part, or ends before all quantities have settled has no
-    settling times, and a status that says why. By default `longest` is `LONGEST_IN_WINDOWS` thermal time
-    constants (each counted as at least 0.5 s), at most `LONGEST_RUN`.
+    fails, takes longer than `LONGEST_IN_WINDOWS` thermal time constants (each counted as at least 0.5 s) or
+    than `LONGEST_RUN` in either part, or ends before all quantities have settled has no settling times, and a
+    status that says why.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def settle(experiment: Experiment, *, longest: float | None = None) -> Settling:
     plant = plant._replace(valve=valve, cylinder=plant.cylinder._replace(x_min=push.x_stop))
     T_amb = plant.conditions.T_amb
     window = max(thermal_time_constant(plant), SHORTEST_WINDOW)
-    longest = min(LONGEST_RUN, LONGEST_IN_WINDOWS * window) if longest is None else longest
+    longest = min(LONGEST_RUN, LONGEST_IN_WINDOWS * window)
     if not window < longest / 10:
         return _without_times(equilibrium(plant)[np.newaxis], 0, TOO_SLOW)
 
