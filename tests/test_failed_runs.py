@@ -13,6 +13,7 @@ from paper.study.figures.traces_figure import time_traces
 from paper.study.pages.verdict_page import verdict_page
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.printed_tables import table7
+from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
 from paper.study.text.explain import cell_text
 from paper.study.text.markdown_tables import table_7
@@ -20,11 +21,10 @@ from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import NO_RUN, replay
-from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import statistics
 from pneumo.storage.files import open_grid, read
 from pneumo.storage.grid_layout import replay_dataset
-from pneumo.storage.layout import datum_dataset, failure_text, settling_dataset
+from pneumo.storage.layout import datum_dataset, failure_text
 from pneumo.verdict.judging import verdict
 
 pytestmark = pytest.mark.xdist_group("printed")

@@ -16,9 +16,8 @@ from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.uncertain import GROUPS, Uncertain, plant_with
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
-from pneumo.simulation.full_order import record
+from pneumo.simulation.full_order import record, thermal_time_constant
 from pneumo.simulation.replay import full_order_mse, replay
-from pneumo.simulation.settling import thermal_time_constant
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.storage.files import attributes, write

@@ -10,6 +10,7 @@ import numpy as np
 import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.configuration.sampling import Sampling
+from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.simulation.excitation import reference_series, reversed_late
 from pneumo.simulation.tableau import STAGES
 
@@ -83,6 +84,17 @@ def equilibrium(plant: Plant) -> np.ndarray:
     """State from which every run starts: piston in the middle, both chambers at (P_0, T_0)."""
     P_0, T_0 = plant.conditions.P_0, plant.conditions.T_0
     return np.array([0.0, 0.0, P_0, T_0, P_0, T_0])
+
+
+def thermal_time_constant(plant: Plant) -> float:
+    """Time constant of heat exchange of chamber A's air with its wall at equilibrium, m c_v / k_0, s.
+
+    The piston is in the middle; the result is infinite for k_0 = 0.
+    """
+    conditions, gas = plant.conditions, plant.gas
+    V = volume(0.0, chamber_of(plant.cylinder, Side.A), plant.cylinder)
+    c = conditions.P_0 * V / (conditions.T_0 * (gas.gamma - 1))
+    return c / plant.k_0 if plant.k_0 else np.inf
 
 
 def failure(states: np.ndarray) -> tuple[int, int]:

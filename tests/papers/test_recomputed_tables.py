@@ -8,8 +8,8 @@ import xarray as xr
 from checkout import ROOT
 from paper_study import STUDY
 
-from pneumo.simulation.settling import QUANTITIES, settle
-from pneumo.storage import layout
+from paper.study import settling_run
+from paper.study.settling_run import QUANTITIES, settle
 
 RECOMPUTE = runpy.run_path(str(ROOT / "docs/recompute_tables.py"))
 
@@ -30,9 +30,9 @@ def test_tables_of_the_study(results):
 
 @pytest.mark.parametrize("longest", [100, 1000])
 def test_settling_times_follow_from_a_thinned_trace(monkeypatch, longest):
-    monkeypatch.setattr(layout, "LONGEST_TRACE", longest)
+    monkeypatch.setattr(settling_run, "LONGEST_TRACE", longest)
     run = settle(STUDY.experiments["E14"])
-    stored = layout.settling_dataset(STUDY.experiments["E14"], run)
+    stored = settling_run.settling_dataset(STUDY.experiments["E14"], run)
     assert stored.sizes["t"] < longest + 13 and len(run.states) > 2000
     times = [RECOMPUTE["settling_time"](stored, quantity) for quantity in QUANTITIES]
     np.testing.assert_allclose(times, run.times, rtol=1e-12)

@@ -3,9 +3,9 @@
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from paper.study.trace_layout import write_replays
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import read, read_study
-from pneumo.storage.grid_layout import write_replays
 from pneumo.storage.layout import recording_from
 
 

@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
+from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
 from pneumo.configuration.experiment import Study
 from pneumo.jobs.wrapper import run_job
-from pneumo.simulation.settling import settle
 from pneumo.storage.files import attributes, read, write
-from pneumo.storage.layout import settling_dataset
 
 
 def main(study: Study, runs: list[Path], table: Path) -> None:

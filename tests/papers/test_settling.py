@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from paper_study import STUDY
 
+from paper.study import settling_run as settling
 from paper.study.paper_2006 import printed_tables as published
+from paper.study.settling_run import settle, settling_time, settling_times
 from pneumo.errors import RunError
-from pneumo.simulation import settling
-from pneumo.simulation.full_order import equilibrium, run
-from pneumo.simulation.settling import settle, settling_time, settling_times, thermal_time_constant
+from pneumo.simulation.full_order import equilibrium, run, thermal_time_constant
 
 H = 0.001
 EPS = np.finfo(float).eps

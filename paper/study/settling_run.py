@@ -7,12 +7,22 @@ controller pulls the piston back to the centre.
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
-from pneumo.configuration.experiment import Experiment, Plant
+from pneumo.configuration.experiment import Experiment
 from pneumo.errors import RunError
-from pneumo.physics.cylinder import Side, chamber_of, volume
-from pneumo.simulation.full_order import RAN, RUN_STATUS, STATE, equilibrium, failure, run
+from pneumo.simulation.full_order import (
+    RAN,
+    RUN_STATUS,
+    STATE,
+    equilibrium,
+    failure,
+    run,
+    thermal_time_constant,
+)
+from pneumo.storage.layout import add_outcome, experiment_labels, states_dataset
 
+LONGEST_TRACE = 20_000  # samples of a stored trace; the settling times come from every step
 QUANTITIES = ("P_A", "P_B", "T_A", "T_B")  # rows of Table 5, in printed order
 CRITERION = 0.01  # section 4: 1 per cent
 LEAST_HOLD = 1.267  # s; the release of the run in section 4's text
@@ -40,17 +50,6 @@ class Settling(NamedTuple):
     release_step: int  # at which the force is released
     status: int = RAN  # key of `SETTLING_STATUS`; anything but 0 leaves the run without settling times
     failure_step: int = -1  # step at which the run failed or was given up, or -1
-
-
-def thermal_time_constant(plant: Plant) -> float:
-    """Time constant of heat exchange of chamber A's air with its wall at equilibrium, m c_v / k_0, s.
-
-    The piston is in the middle; the result is infinite for k_0 = 0.
-    """
-    conditions, gas = plant.conditions, plant.gas
-    V = volume(0.0, chamber_of(plant.cylinder, Side.A), plant.cylinder)
-    c = conditions.P_0 * V / (conditions.T_0 * (gas.gamma - 1))
-    return c / plant.k_0 if plant.k_0 else np.inf
 
 
 def settling_time(series: np.ndarray, final: float, change: float, h: float) -> float:
@@ -149,3 +148,32 @@ def settle(experiment: Experiment) -> Settling:
     if not near or failure(free)[0] != RAN or np.isnan(times).any():
         return _without_times(states, len(hold) - 1, NOT_SETTLED)
     return Settling(times, states, len(hold) - 1)
+
+
+def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
+    """Traces and settling times of one settling run: piston pushed onto a stop, held, released.
+
+    A long trace is thinned, but keeps the steps from which the settling times follow: the release, the
+    largest deviation of each temperature, the last step outside each quantity's band and the next, the end.
+    """
+    states, release = settling.states, settling.release_step
+    every = -(-len(states) // LONGEST_TRACE)
+    settled = release + np.round(settling.times[np.isfinite(settling.times)] / experiment.h).astype(int)
+    T_amb = experiment.plant.conditions.T_amb
+    off = np.abs(states[release:, [STATE.index("T_A"), STATE.index("T_B")]] - T_amb)
+    peaks = release + np.nan_to_num(off).argmax(axis=0)
+    kept = np.concatenate(
+        [np.arange(0, len(states), every), [release, len(states) - 1], peaks, settled - 1, settled]
+    )
+    steps = np.unique(kept)
+    dataset = states_dataset(states[steps], steps * experiment.h)
+    dataset["t"].attrs = {
+        "comment": f"every {every} steps of {experiment.h:g} s, and those from which settling_time follows"
+    }
+    dataset["T_amb"] = ((), T_amb)
+    dataset["settling_time"] = ("quantity", settling.times)
+    about = {"units": "s", "long_name": "time at which the force is released"}
+    dataset["release_time"] = ((), settling.release_step * experiment.h, about)
+    outcome = settling.status, settling.failure_step, experiment.h, SETTLING_STATUS
+    add_outcome(dataset, settling.states, *outcome)
+    return dataset.assign_coords(quantity=list(QUANTITIES)).assign_coords(experiment_labels(experiment))

@@ -1,15 +1,21 @@
 """From replays at every step to the traces and errors by interval that the report shows."""
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment
+from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import Recording
+from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, Replayed, replay_in_parts
+from pneumo.simulation.signals import study_sampling
+from pneumo.storage.files import attributes, write
+from pneumo.storage.grid_layout import replay_dataset, same_at_every_n
 from pneumo.storage.layout import CHAMBERS, described, experiment_labels
 
 INTERVALS = 240  # of a run, for which errors of every step are stored
@@ -177,3 +183,34 @@ def traced(
         "t": errors.shown * experiment.h,
     }
     return described(xr.Dataset(values, coords | experiment_labels(experiment)), ABOUT)
+
+
+def write_replays(study: Study, name: str, recording: Recording, outputs: Mapping[str, Path]) -> None:
+    """Replay every model at every n on one experiment, with each signal sampling in `outputs`.
+
+    `outputs` has the file of each sampling's cells. Their errors over time are written into the folder
+    `traces` beside its folder.
+    """
+    e = study.experiments[name]
+    lanes, index = grid_lanes(study.n, e.plant.gas.gamma)
+    for transport, output in outputs.items():
+        sampling = study_sampling(transport, e)
+        cells, errors = replay_and_errors(e, lanes, recording, sampling)
+        about = attributes(
+            f"Reduced models replayed on {name}, {transport} signals",
+            "Error of every model at every n against the full-order run, and the pressures",
+            study.config_sha256,
+            e,
+            comment=same_at_every_n(),
+            transport=transport,
+            samples="none: every stage" if sampling.exact else f"{sampling.rule} {sampling.delay[0] * e.h}",
+        )
+        write(replay_dataset(e, study.n, index, cells), output, about)
+        about = attributes(
+            f"Errors of reduced models on {name}, {transport} signals",
+            "Samples; mean square, lowest and highest error of every step by interval; two choices of n",
+            study.config_sha256,
+            e,
+            transport=transport,
+        )
+        write(traced(e, study.n, index, cells, errors), output.parents[1] / "traces" / output.name, about)

@@ -4,13 +4,8 @@ import numpy as np
 import pytest
 from paper_study import STUDY, lasting
 
-from pneumo.physics.models import MODELS
-from pneumo.simulation.full_order import record
-from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import study_sampling
-from pneumo.storage import trace_layout
-from pneumo.storage.trace_layout import (
+from paper.study import trace_layout
+from paper.study.trace_layout import (
     CHOICES,
     COMMON_N,
     close_up,
@@ -19,6 +14,11 @@ from pneumo.storage.trace_layout import (
     shown_steps,
     traced,
 )
+from pneumo.physics.models import MODELS
+from pneumo.simulation.full_order import record
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import replay
+from pneumo.simulation.signals import study_sampling
 
 EXPERIMENT = lasting("E12", 7.013)  # no multiple of anything
 
