@@ -9,22 +9,9 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile
 
 from pneumo.errors import as_lines
+from pneumo.regular_file import lock
 
-if os.name == "nt":  # no locks there: two runs in one folder are not refused
-
-    def _lock(file: int, *, shared: bool = False, wait: bool = True) -> None:
-        """Take no lock."""
-
-else:
-    import fcntl
-
-    def _lock(file: int, *, shared: bool = False, wait: bool = True) -> None:
-        """Lock an open file until it is closed; BlockingIOError if another process has it, unless `wait`."""
-        fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
-
-
-# A run locks RUN_LOCK; its jobs share the lock JOBS_LOCK. The system releases both when a process ends, even
-# when it is killed.
+# A run locks RUN_LOCK; its jobs share the lock JOBS_LOCK.
 STATE = Path(".snakemake")
 RUN_LOCK, JOBS_LOCK = STATE / "pneumo.run", STATE / "pneumo.jobs"
 ROOM = 2_000_000  # bytes for Snakemake's own files
@@ -67,14 +54,13 @@ def take_run_lock(results: str) -> None:
         Path(results).mkdir(exist_ok=True)
         if not os.access(results, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), results)
-        lock = os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT)  # a descriptor: stays open until the process ends
-        _lock(lock, wait=False)
+        lock(os.open(RUN_LOCK, os.O_RDWR | os.O_CREAT), wait=False)  # open until the process ends
         with JOBS_LOCK.open("a") as jobs:
             try:
-                _lock(jobs.fileno(), wait=False)
+                lock(jobs.fileno(), wait=False)
             except BlockingIOError:
                 print("pneumo: waiting for a job of a killed run to end", file=sys.stderr)
-                _lock(jobs.fileno())
+                lock(jobs.fileno())
     except BlockingIOError:
         _refuse("another run is active in this folder; wait for it or stop it")
     except OSError as error:
@@ -84,6 +70,6 @@ def take_run_lock(results: str) -> None:
 @contextmanager
 def job_lock() -> Generator[None]:
     """Hold the lock that the jobs of a run share."""
-    with JOBS_LOCK.open("a") as lock:
-        _lock(lock.fileno(), shared=True)
+    with JOBS_LOCK.open("a") as jobs:
+        lock(jobs.fileno(), shared=True)
         yield

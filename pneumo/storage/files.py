@@ -24,7 +24,7 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.study_json import from_json, plain
 from pneumo.errors import SYSTEM, InputError, ResultError, printable
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.regular_file import named, regular_file
+from pneumo.regular_file import lock, named, regular_file
 from pneumo.storage.checksums import LARGEST_RESULT
 
 DOI = "https://doi.org/10.1243/09596518JSCE203"
@@ -88,13 +88,11 @@ def output_folder(folder: Path) -> Generator[None]:
     check_output(folder)
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
-        if os.name != "nt":
-            from fcntl import LOCK_EX, LOCK_NB, flock
-
+        if os.name != "nt":  # where a folder cannot be opened
             descriptor = os.open(folder, os.O_RDONLY)
             stack.callback(os.close, descriptor)
             try:
-                flock(descriptor, LOCK_EX | LOCK_NB)
+                lock(descriptor, wait=False)
             except BlockingIOError:
                 problem = "another pneumo writes there; wait, or name another folder with -o"
                 raise InputError(f"{folder}: {problem}") from None
