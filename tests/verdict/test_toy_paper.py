@@ -98,15 +98,6 @@ def test_a_toy_paper_is_judged_and_has_its_page(toy):
     assert "A. Toy" in page and 'id="S1.salt"' in page and "nobody tasted it" in page and "1 not run" in page
 
 
-def test_an_erratum_comes_before_the_deviation(toy):
-    warm = toy._replace(
-        sources=lambda results, folder: {"water": {"density": 998.2, "boils": 103.0, "ice": 917.0}}
-    )
-    boils = verdict(toy.folder / "results", warm)["items"][1]
-    assert (boils["printed"], boils["meant"], boils["status"]) == ("101", "100", "missed")
-    assert boils["relative"] == pytest.approx(0.03)
-
-
 def test_a_suspected_misprint_is_shown_beside_its_items_and_changes_nothing(toy):
     def salty(_):
         raise MissingEvidence("nobody tasted it")
