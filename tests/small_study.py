@@ -42,9 +42,6 @@ def small_study(results: Path, override: Path) -> None:
         script("replay")(parameters, each("datum"), replays, 2)
         statistics = [results / sampling / "statistics.nc" for sampling in STUDY_SAMPLINGS]
         script("statistics")(parameters, statistics)
-        measured = results / "2007"
-        script("simulated_example")(
-            ROOT / "paper/2007/claims.yaml", measured / "example.nc", measured / "coefficients.nc", []
-        )
+        script("simulated_example")(results / "2007/example.nc")
         verdict = results / "verdict.json"
         script("verdict")("2006", ROOT / "paper/2006/claims.yaml", {}, verdict, verdict.with_suffix(".html"))

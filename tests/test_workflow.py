@@ -57,7 +57,7 @@ def test_a_study_is_made_up_to_verdict_and_report(judged_smoke_study):
 @pytest.mark.slow
 def test_so_are_figures_and_the_paper_of_2007(smoke_study):
     made = set(smoke_study.hashes())
-    assert {"table7.md", "2007/verdict.json", "2007/verdict.html"} <= made
+    assert {"2007/verdict.json", "2007/verdict.html"} <= made
     assert {f"figures/fig{number:02}.svg" for number in range(1, 13)} <= made
     assert {f"figures/fig{number:02}.png" for number in range(7, 12)} <= made  # the others are kept by hand
     assert unlike_sums(smoke_study.results) == (len(made), [])

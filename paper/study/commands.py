@@ -4,7 +4,7 @@ Modules are imported inside the functions, so that help and errors of usage are 
 """
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 from typer import Argument, Option
@@ -46,9 +46,9 @@ def verdict(
     if record:
         from paper.study import PAPERS
         from pneumo.storage.files import write_text
-        from pneumo.verdict.judging import recorded_text
 
-        write_text(recorded_text(judged["facts"]), PAPERS / paper / "statuses.csv")
+        rows = sorted(f'{fact["name"]},"{fact["status"]}"' for fact in judged["facts"])
+        write_text("\n".join(["fact,status", *rows, ""]), PAPERS / paper / "statuses.csv")
 
 
 def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
@@ -68,26 +68,6 @@ def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
         write_text(f"{text}\n", out / "verdict.json")
         write_text(verdict_page(judged, PAPERS / "2006"), out / "verdict.html")
     return judged
-
-
-@paper.command()
-def figures(
-    results: Results = RESULTS,
-    style: Annotated[
-        Literal["paper", "talk"],
-        Option(help="paper: as the workflow does; talk: large type, for slides"),
-    ] = "paper",
-    output: Annotated[Path | None, output_to("folder to write [figures-STYLE]")] = None,
-) -> None:
-    """Draw the study's figures from its results, as SVG and PNG."""
-    from paper.study.figures.saved_figures import save_figures
-    from pneumo.publish.style import drawn_for
-    from pneumo.storage.files import output_folder
-
-    folder = output or Path(f"figures-{style}")
-    with output_folder(folder), drawn_for(style):
-        files = save_figures(results, folder)
-    typer.echo(f"{folder}: {len(files)} files written")
 
 
 @paper.command()

@@ -29,7 +29,7 @@ KNOWN: dict[PaperName, KnownPaper] = {
         "paper.study.paper_2006.paper",
         ".",
         (
-            *("parameters.json", "settling.nc", "assumptions.nc", "seed_sets.nc"),
+            *("parameters.json", "settling.nc", "seed_sets.nc"),
             *("settling/*.nc", "datum/*.nc"),
             *("published/statistics.nc", "published/replay/*.nc", "exact/statistics.nc", "exact/replay/*.nc"),
         ),

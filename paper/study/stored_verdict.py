@@ -11,7 +11,7 @@ from typing import Any
 from paper.study.kept_evidence import KEPT
 
 OF_PAPER = ("*.yaml", "published/*.csv", "seed_deviations.csv")  # what a verdict reads
-OF_EVIDENCE = ("assumptions.nc", "seed_sets.nc")
+OF_EVIDENCE = ("seed_sets.nc",)
 
 
 def stored_verdict(results: Path, paper: Path, reads: Sequence[str]) -> dict[str, Any] | None:

@@ -1,7 +1,7 @@
-# Results -> figures and the tables that the README shows.
+# Results -> figures and pages.
 
 SCHEMES = ["01", "02", "03", "04", "05", "06", "12"]
-FIGURES = ["fig07", "fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"]
+FIGURES = ["fig07", "fig08", "fig09", "fig10", "fig11", "traces"]
 
 
 rule schemes:
@@ -41,13 +41,12 @@ rule figures:
             subcategory="Results",
         ),
         png=expand("<results>/figures/{name}.png", name=FIGURES),
-        table="<results>/table7.md",
     log:
         "<results>/logs/figures.log",
     params:
         code=sha256_of(*ASSESSMENT),
     message:
-        "Figures 7-11, time traces, error over n; Table 7 beside the published one"
+        "Figures 7-11 and time traces"
     script:
         "../scripts/figures.py"
 

@@ -1,26 +1,15 @@
-# The paper of 2007: its simulated example with figures, verdict and page. It needs no result of the study.
-
-DRAWN_2007 = ["simulated_example", "coefficients"]
+# The paper of 2007: its simulated example, verdict and page. It needs no result of the study.
 
 
 rule simulated_example:
-    input:
-        claims="paper/2007/claims.yaml",
-        published=expand(
-            "paper/2007/published/{name}.csv", name=["table2", "table3", "table4", "table5", "quoted"]
-        ),
-        studied=expand("paper/2006/published/table{number}.csv", number=[2, 4]),
     output:
         response="<results>/2007/example.nc",
-        coefficients="<results>/2007/coefficients.nc",
-        svg=expand("<results>/2007/figures/{name}.svg", name=DRAWN_2007),
-        png=expand("<results>/2007/figures/{name}.png", name=DRAWN_2007),
     log:
         "<results>/logs/simulated_example.log",
     params:
         code=sha256_of(*ASSESSMENT),
     message:
-        "Simulated example of 2007, and coefficients of its cylinders, with figures"
+        "Simulated example of 2007"
     script:
         "../scripts/simulated_example.py"
 

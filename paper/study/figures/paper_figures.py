@@ -26,7 +26,6 @@ from pneumo.publish.style import (
     SOURCE_BAR,
     SOURCE_MARKER,
     axis_label,
-    fitting,
     new_figure,
     paper_style,
 )
@@ -185,8 +184,6 @@ def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
         _ranges(ax, statistics, level, published)
         ax.set_title(level)
         ax.label_outer()
-        if fitting(len(levels)) < len(levels):
-            ax.tick_params(axis="x", rotation=90)
     _explain_whiskers(axes[0])
     return _finished(fig, axes[0], statistics)
 

@@ -1,4 +1,4 @@
-"""Arguments for the doubts of 2006, from the results; ``paper/2006/doubts.yaml`` names them."""
+"""Arguments for suspected misprints of 2006, from the results; ``paper/2006/errata.yaml`` names them."""
 
 import sys
 
@@ -10,12 +10,12 @@ from paper.study.paper_2006.printed_tables import percentiles, table5, table7, t
 from paper.study.paper_2006.results import StudyResults
 from paper.study.paper_2006.table_cells import number_at
 from pneumo.statistics.averages import at_n
-from pneumo.verdict.sources import Computation, Finding
+from pneumo.verdict.errata import Proof
 
 ALIKE = 0.01  # deviation of a settling time that counts as agreement: the class `settling`
 
 
-def columns_of_table_8(results: StudyResults) -> Finding:
+def columns_of_table_8(results: StudyResults) -> tuple[bool, str]:
     """Whether the columns M8 and M9 of Table 8 agree better with the results if they are exchanged.
 
     Both must improve: how many n equal the reproduced best n, and how near the mean errors at these n, over
@@ -43,10 +43,10 @@ def columns_of_table_8(results: StudyResults) -> Finding:
         f"{' and '.join(f'{mean:.0f}' for mean in in_table_7)} Pa"
     )
     better = equal["exchanged"] > equal["printed"] and misfit("exchanged") < misfit("printed")
-    return Finding(holds=better, shown=shown)
+    return better, shown
 
 
-def row_of_M10(results: StudyResults) -> Finding:
+def row_of_M10(results: StudyResults) -> tuple[bool, str]:
     """Whether M10's isothermal row of Table 9 and its 90 % percentile are nearer to the reproduced M8.
 
     Nearer than to the reproduced M10: mean square error, mean error and percentile, all three.
@@ -69,10 +69,10 @@ def row_of_M10(results: StudyResults) -> Finding:
 
     M8, M10 = words(computed["M8"]), words(computed["M10"])
     shown = f"printed for M10: {words(row)}; ours for M8: {M8}; for M10: {M10}"
-    return Finding(holds=len(nearer) == len(row), shown=shown)
+    return len(nearer) == len(row), shown
 
 
-def early_temperatures(results: StudyResults) -> Finding:
+def early_temperatures(results: StudyResults) -> tuple[bool, str]:
     """Whether, of E's closed-loop T_A and T_B settling times, only T_A of E04 and E08 is off by over 1 %."""
     printed: xr.DataArray = table5().reset_coords(drop=True)
     off = {
@@ -84,7 +84,7 @@ def early_temperatures(results: StudyResults) -> Finding:
     }
     beyond = [name for name, deviation in off.items() if abs(deviation) > ALIKE]
     shown = ", ".join(f"{name} {deviation:+.1%}" for name, deviation in off.items())
-    return Finding(holds=beyond == ["E04 T_A", "E08 T_A"], shown=f"reproduced over printed: {shown}")
+    return beyond == ["E04 T_A", "E08 T_A"], f"reproduced over printed: {shown}"
 
 
-ARGUMENTS: dict[str, Computation] = functions_returning(Finding, sys.modules[__name__])
+ARGUMENTS: dict[str, Proof] = functions_returning(tuple[bool, str], sys.modules[__name__])
