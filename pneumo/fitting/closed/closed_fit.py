@@ -15,8 +15,8 @@ from scipy.interpolate import make_smoothing_spline
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.fitting.closed.closed_checks import check_closed, closed_warnings
-from pneumo.fitting.closed.closed_problem import LAWS, LOGARITHMIC, ClosedProblem, ClosedRecord, fitted_names
-from pneumo.fitting.engine import covariances, parameter_interval
+from pneumo.fitting.closed.closed_problem import LAWS, ClosedProblem, ClosedRecord, fitted_names
+from pneumo.fitting.engine import covariances
 from pneumo.fitting.estimate import alike_notes, at_temperature, error_line, ranked
 from pneumo.fitting.fit_result import ClosedChambersResult, Estimate, equally_good, fit_data
 from pneumo.fitting.record.measurement import Measurement
@@ -136,11 +136,7 @@ def estimated(problem: ClosedProblem) -> tuple[Estimate, dict[str, Residual]]:
     far = any(part.far_from_noise for part in split)
     both = covariances(best, best.squares if far else 0.0)
     values = problem.values(best.theta)
-    low: dict[str, float] = {}
-    high: dict[str, float] = {}
-    for i, name in enumerate(problem.names):
-        ends = parameter_interval(problem, best, i, both, logarithmic=name in LOGARITHMIC)
-        low[name], high[name] = (problem.si(name, end) if np.isfinite(end) else np.nan for end in ends)
+    low, high = problem.intervals(best, both)
     if "leak" in low:
         low["leak"] = np.nan_to_num(low["leak"])  # its search begins at zero
     # Fitted parameter, and factor from it, by reported name.

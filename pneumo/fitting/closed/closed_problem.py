@@ -5,19 +5,17 @@ past the piston. The first part of a record is fitted; one run from its first sa
 """
 
 from collections.abc import Mapping
-from types import MappingProxyType
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 import pneumo.core as core
-from pneumo.fitting.engine import Solution, slopes, solve
+from pneumo.fitting.engine import Solution, WithoutPrior, solve
 
 SCALE = 1e6  # Pa, by which residuals are divided
 FAR_OFF = 1e3  # residual of a replay whose steps are too long for its conductance
-SLOPE_STEP = 1e-5  # of finite differences, on the scale of the search
 LEAKS_AT_START = 0.01, 1.0  # of a search, over its scale
-LOGARITHMIC = ("V_d_A", "V_d_B", "k_A", "k_B")  # parameters that are never zero
 # Bounds of the search, over a parameter's scale; a leak of 1 empties a chamber within the record.
 BOUNDS = {"V_d": (0.01, 100.0), "k": (1e-3, 1e3), "n": (0.8, 2.0), "leak": (0.0, 100.0)}
 BOUNDS |= {"start": (0.5, 2.0), "first": (0.5, 2.0)}
@@ -123,7 +121,8 @@ def closed_chambers(
     return pressure
 
 
-class ClosedProblem(NamedTuple):
+@dataclass(frozen=True)
+class ClosedProblem(WithoutPrior):
     """Least squares of a law on the first part of a record; parameters are divided by their scales.
 
     With wall heat, `start_A` is the first temperature over the wall's, and `first_A` the first pressure over
@@ -135,9 +134,11 @@ class ClosedProblem(NamedTuple):
     names: tuple[str, ...]  # fitted parameters
     fitted: int  # samples of the first part
     scales: Mapping[str, float]  # SI units; a parameter that is not fitted has the value of its scale
-    guess: Mapping[str, float] = MappingProxyType({"n": 1.2})  # over the scales; others: 1
+    guess: Mapping[str, float] = field(default_factory=lambda: {"n": 1.2})  # over the scales; others: 1
     every: int = 1  # every how many samples one enters the sum of squares
     chambers: tuple[int, ...] = (0, 1)  # sides whose pressures enter it
+    slope_step: ClassVar[float] = 1e-5
+    logarithmic: ClassVar[tuple[str, ...]] = ("V_d_A", "V_d_B", "k_A", "k_B")  # never zero
 
     def values(self, theta: np.ndarray) -> dict[str, float]:
         """Parameters by name, in SI units."""
@@ -147,11 +148,11 @@ class ClosedProblem(NamedTuple):
 
     def si(self, name: str, part: float) -> float:
         """Value of a parameter in SI units, from that on the scale of the search."""
-        return self.scales.get(name, 1.0) * float(np.exp(part) if name in LOGARITHMIC else part)
+        return self.scales.get(name, 1.0) * float(np.exp(part) if name in self.logarithmic else part)
 
     def search(self, name: str, over_scale: float) -> float:
         """Value of a parameter on the scale of the search, from that over its scale."""
-        return float(np.log(over_scale)) if name in LOGARITHMIC else over_scale
+        return float(np.log(over_scale)) if name in self.logarithmic else over_scale
 
     def solve(self) -> Solution:
         """Lowest minimum from a start with next to no leak, and from one with a leak."""
@@ -168,19 +169,11 @@ class ClosedProblem(NamedTuple):
         pairs = zip(self.names, ends, strict=True)
         return np.array([[self.search(name, end) for end in pair] for name, pair in pairs]).T
 
-    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Nothing is known beforehand but the bounds."""
-        return theta, np.zeros(len(theta))
-
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Measured minus replayed pressures of the samples fitted, over `SCALE`, shape (chamber, sample)."""
         error = self.record.P[:, : self.fitted] - self.replay(theta, self.fitted)
         error = error[list(self.chambers), :: self.every] / SCALE
         return np.where(np.abs(error) < FAR_OFF, error, 1.0)  # and where not finite
-
-    def jacobian(self, theta: np.ndarray) -> np.ndarray:
-        """Derivative of the replayed pressures, shape (chamber, sample, parameter)."""
-        return slopes(self.residual, theta, self.bounds(), SLOPE_STEP)
 
     def volumes(self, values: Mapping[str, float]) -> np.ndarray:
         """Volumes, m^3, by (chamber, sample)."""

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import lfilter
 
 from pneumo.fitting.rig.rig_file import Rig
 from pneumo.fitting.rig.rig_record import Points, Run
@@ -184,12 +185,9 @@ def lagged(T: np.ndarray, lag: float, h: float) -> np.ndarray:
     """Reading of a thermometer with a lag of first order, s; T is linear between samples."""
     if lag == 0:
         return T
-    shrink = np.exp(-h / lag)
-    reading = T.copy()
-    for k in range(1, len(T)):
-        slope = (T[k] - T[k - 1]) / h
-        reading[k] = T[k] - slope * lag + (reading[k - 1] - T[k - 1] + slope * lag) * shrink
-    return reading
+    decay = np.exp(-h / lag)
+    late = lag / h * (1 - decay)
+    return lfilter([1 - late, late - decay], [1.0, -decay], T, zi=T[:1] * late)[0]
 
 
 def errors(replayed: Points, measured: Points) -> np.ndarray:
