@@ -117,7 +117,6 @@ def fit(
     from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
     from pneumo.fitting.estimate import at_temperature
-    from pneumo.fitting.fit_result import ClosedChambersResult
     from pneumo.fitting.fitted_yaml import fitted_configuration
     from pneumo.fitting.measurement_fit import fit_measurement, fitted_too, validation
     from pneumo.fitting.mistaken_columns import check_columns
@@ -206,7 +205,7 @@ def fit(
         typer.echo(json.dumps(fitted.summary() | ({"rms_validated": validated} if errors else {}), indent=1))
     for table in [] if as_json else [*shown.fit_tables(fitted), *shown.validation_tables(errors)]:
         Console().print(table)
-    if isinstance(fitted, ClosedChambersResult):
+    if fitted.of == "closed":
         typer.echo(shown.wall_text(fitted), err=as_json)
     for text in fitted.warnings:
         typer.echo(f"warning: {text}", err=as_json)

@@ -133,7 +133,7 @@ def light(name: str, interval: Interval, doubted: bool, reference: Reference = N
 
 @dataclass(frozen=True, kw_only=True)
 class FitResult:
-    """Models fitted to a measurement: of a cylinder behind a servo-valve, of closed chambers, or of a rig."""
+    """Models fitted to a cylinder behind a servo-valve or to a rig, or thermal laws to closed chambers."""
 
     data: xr.Dataset  # from `fit_data`, the model with the lowest error on the part held out first
     notes: tuple[str, ...]  # remarks on the record, a sentence each
@@ -144,6 +144,7 @@ class FitResult:
     references: Mapping[str, Reference] = field(default_factory=dict)  # of the full order's parameters
     quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
     of: Literal["cylinder", "closed", "rig"] = "cylinder"
+    conventions: Mapping[str, Any] = field(default_factory=dict)  # of closed chambers, as the file has them
 
     @property
     def models(self) -> list[str]:
@@ -169,8 +170,10 @@ class FitResult:
         """Name of the model whose parameters a configuration gets.
 
         The full order if it has intervals, else `best_model`: parameters of a reduced model also compensate
-        for what that model lacks.
+        for what that model lacks. Of closed chambers the best law that gives a k_0, if one does.
         """
+        if self.of == "closed":
+            return next((law for law in self.models if "k_0" in self.estimates(law)), self.best_model)
         if FULL_ORDER not in self.models:
             return self.best_model
         ends = self.data[["low", "high"]].sel(model=FULL_ORDER).to_array()
@@ -270,7 +273,7 @@ class FitResult:
     def attributes(self) -> dict[str, Any]:
         """Global attributes of the file."""
         texts = {"notes": "\n".join(self.notes), "warnings": "\n".join(self.warnings)}
-        return {"held_out_from": self.held_out_from} | texts
+        return {"held_out_from": self.held_out_from} | texts | dict(self.conventions)
 
     def save(self, config_sha256: str, path: Path) -> None:
         """Write the result as NetCDF; its attributes `notes` and `warnings` have a line for each text."""
@@ -278,27 +281,6 @@ class FitResult:
         common = attributes(TITLES[self.of], summary, config_sha256)
         C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
         write(self.data, path, self.attributes() | C | common)
-
-
-@dataclass(frozen=True, kw_only=True)
-class ClosedChambersResult(FitResult):
-    """Thermal laws fitted to closed chambers; there is no reduced model."""
-
-    chambers: str  # whose pressures were fitted: "A", "B" or "A, B"
-    T_wall: float  # K, temperature of the wall
-    P_0: float  # Pa, pressure at which k_0 is stated
-
-    of: Literal["cylinder", "closed", "rig"] = "closed"
-
-    @property
-    def model_of_rig(self) -> str:
-        """Name of the best law that gives a k_0; of the best law if none does."""
-        return next((law for law in self.models if "k_0" in self.estimates(law)), self.best_model)
-
-    def attributes(self) -> dict[str, Any]:
-        """Global attributes of the file."""
-        closed = {"closed_chambers": self.chambers, "T_wall_K": self.T_wall, "P_0_Pa": self.P_0}
-        return super().attributes() | closed
 
 
 def fit_data(
@@ -335,22 +317,18 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
     by_parameter, by_chamber = ("model", "parameter"), ("model", "chamber")
     on_bounds = np.array([[np.int8(p in e.at_bound) for p in parameters] for e in estimates.values()])
     interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
-    rms, Pa = "root mean square error on the part", {"units": "Pa"}
-    moved: dict[str, Any] = {}
-    if any(estimate.moved for estimate in estimates.values()):
+    rms, Pa, every = "root mean square error on the part", {"units": "Pa"}, estimates.values()
+    some: dict[str, Any] = {}
+    if moved := any(estimate.moved for estimate in every):
         none = np.full(len(SHIFTING), np.nan)
-        by_model = [[e.moved.get(p, none) for p in parameters] for e in estimates.values()]
+        table = [[e.moved.get(p, none) for p in parameters] for e in every]
         text = "shift if a configured quantity is off by its accuracy, in parameter_unit"
-        moved = {"moved_by": ((*by_parameter, "quantity"), np.array(by_model), {"long_name": text})}
-    related: dict[str, Any] = {}
-    if any(estimate.correlation for estimate in estimates.values()):
+        some["moved_by"] = (*by_parameter, "quantity"), np.array(table), {"long_name": text}
+    if related := any(estimate.correlation for estimate in every):
         table = [
-            [[e.correlation.get(p, {}).get(q, np.nan) for q in parameters] for p in parameters]
-            for e in estimates.values()
+            [[e.correlation.get(p, {}).get(q, np.nan) for q in parameters] for p in parameters] for e in every
         ]
-        related = {
-            "correlation": ((*by_parameter, "other"), np.array(table), {"long_name": "of two parameters"})
-        }
+        some["correlation"] = (*by_parameter, "other"), np.array(table), {"long_name": "of two parameters"}
     return xr.Dataset(
         {
             "estimate": (by_parameter, values("estimates"), {"long_name": "estimate, in parameter_unit"}),
@@ -365,8 +343,7 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
             "rms_held_out": (by_chamber, arrays("held_out"), {"long_name": f"{rms} held out"} | Pa),
             "at_bound": (by_parameter, on_bounds, {"long_name": "whether it is on a bound of the search"}),
             "pressure": ((*by_chamber, "t"), arrays("pressure")),
-            **moved,
-            **related,
+            **some,
         },
         coords={
             "model": list(estimates),

@@ -138,10 +138,12 @@ def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_p
     assert known.half_width("C") == pytest.approx(0.01, rel=1e-3)
     assert known.half_width("k_0") < uncertainties(load(TEMPLATE))["mine"].half_width("k_0")
     assert set(known.measured) == {*fit.models}
-    # An open end says nothing: the limits of the configuration remain.
+    # An open end says nothing: limits remain, those of a dead volume beside a known one too.
     text = written(found(k_0=np.nan, V_d_B=np.nan), "mine", mine, TEMPLATE)
-    unknown = uncertainties(read(text, tmp_path)[0])["mine"]
-    assert unknown.half_width("k_0") == uncertainties(load(TEMPLATE))["mine"].half_width("k_0")
+    unknown, before = (uncertainties(c)["mine"] for c in (read(text, tmp_path)[0], load(TEMPLATE)))
+    for name in ("k_0", "V_d_B"):
+        assert unknown.half_width(name) == pytest.approx(before.half_width(name), rel=1e-3)
+    assert unknown.half_width("V_d_A") == pytest.approx(np.log(1.1 / 0.9) / 2, rel=1e-3)
 
 
 def test_a_model_on_a_bound_of_the_search_is_not_offered_for_an_export(mine):

@@ -18,7 +18,7 @@ from pneumo.fitting.closed.closed_checks import check_closed, closed_warnings
 from pneumo.fitting.closed.closed_problem import LAWS, ClosedProblem, ClosedRecord, fitted_names
 from pneumo.fitting.engine import covariances
 from pneumo.fitting.estimate import alike_notes, at_temperature, error_line, ranked
-from pneumo.fitting.fit_result import ClosedChambersResult, Estimate, equally_good, fit_data
+from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import Residual, split_residuals
 from pneumo.fitting.settings import LARGEST_MOTION, PART
@@ -56,7 +56,7 @@ def fit_closed(
     part: float = PART,
     check: bool = True,
     progress: Callable[[str], None] = lambda _text: None,
-) -> ClosedChambersResult:
+) -> FitResult:
     """Fit thermal laws to two closed chambers.
 
     Parameters
@@ -90,14 +90,17 @@ def fit_closed(
         progress(error_line(name, estimates[name]))
     estimates = ranked(estimates)
     data = fit_data(measurement, estimates, REPORTED)
-    return ClosedChambersResult(
+    return FitResult(
         data=data.drop_vars(["u", "m"], errors="ignore"),
         notes=(*measurement.notes, *notes, *alike_notes(equally_good(estimates))),
         warnings=tuple(closed_warnings(estimates, residuals, plant)),
         held_out_from=float(measurement.t[fitted - 1]),
-        chambers=", ".join(Side(side).name for side in chambers),
-        T_wall=plant.conditions.T_amb,
-        P_0=plant.conditions.P_0,
+        of="closed",
+        conventions={
+            "closed_chambers": ", ".join(Side(side).name for side in chambers),
+            "T_wall_K": plant.conditions.T_amb,
+            "P_0_Pa": plant.conditions.P_0,
+        },
     )
 
 
