@@ -96,7 +96,7 @@ def fit_measurement(
     estimates: dict[str, Estimate] = {}
     if has_full:
         full, prior = _full_order(record, plant, also=also, known=known, part=part)
-        estimates[FULL.name], off = _kept(full, off, bool(long)), offsets(full.values)
+        estimates[FULL.name], off = full, offsets(full.values)
         # Replayed pressures are better known than measured ones, unless the replay is far off.
         reference = (full.pressure if full.low else m.P) - off
         behind = with_causes(plant, full.values), opened(record, full.values)
@@ -111,7 +111,7 @@ def fit_measurement(
             known=known,
             reference=reference,
         )
-        estimates[name] = _kept(fitted, off, bool(long))
+        estimates[name] = fitted._replace(pressure=fitted.pressure + off)
         progress(error_line(name, fitted))
     estimates = ranked(estimates)
     judged = FULL if has_full else MODELS[next(iter(estimates))]
@@ -184,14 +184,6 @@ def _full_order(
         start=rough.theta,
     )
     return fitted, prior
-
-
-def _kept(fitted: Estimate, off: np.ndarray, long: bool) -> Estimate:
-    """Estimate with the sensors' offsets `off`, Pa, added to its pressures.
-
-    Those of a long record are in single precision (0.03 Pa).
-    """
-    return fitted._replace(pressure=(fitted.pressure + off).astype(np.float32 if long else np.float64))
 
 
 def long_notes(record: StageSignals, split: int, part: float) -> list[str]:

@@ -24,6 +24,5 @@ def test_the_part_fitted_has_a_largest_size(tmp_path, monkeypatch):
     assert found.held_out_from == pytest.approx(fitted)
     note = f"a long record: the first {fitted:.4g} s are fitted, the other {4 - fitted:.4g} s held out"
     assert note in found.notes and told[0] == f"note: {note}"
-    assert found.data["pressure"].dtype == np.float32
     # The beginning is enough: the rest is followed to the noise of the sensors.
     assert found.data["rms_held_out"].sel(model="full").values.max() < 1.3e3
