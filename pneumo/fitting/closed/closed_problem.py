@@ -72,55 +72,6 @@ class ClosedRecord(NamedTuple):
         return wall / (np.pi / 2 * self.bore**2 + np.pi * self.bore * self.stroke / 2)
 
 
-def closed_chambers(
-    P: np.ndarray,
-    measured: np.ndarray,
-    closed: tuple[bool, bool],
-    V: np.ndarray,
-    area_ratio: np.ndarray,
-    h: float,
-    start: np.ndarray,
-    n: float,
-    k: np.ndarray,
-    e_A: float,
-    e_PT: float,
-    leak: float,
-    R: float,
-    gamma: float,
-    T_wall: float,
-    PT_0: float,
-) -> np.ndarray:
-    """Pressures of both chambers, Pa, by (chamber, sample), by classical Runge-Kutta steps of `h` seconds.
-
-    P are the first pressures, Pa, `start` the first temperatures over that of the wall; volumes V, m^3, and
-    `area_ratio` are by (chamber, sample). Conductances k, W/K, are stated in mid-stroke at a product P T of
-    `PT_0`; `leak` is the mass flow from A to B over P_A - P_B, kg/(s Pa). A chamber that is not `closed` has
-    the `measured` pressure and the temperature of the wall.
-    """
-    pressure, (_, samples) = np.empty(V.shape), V.shape
-    core.lib.closed_chambers(
-        core.array("P", P, (2,)),
-        core.array("measured", measured, (2, samples)),
-        core.ffi.new("bool[2]", closed),
-        core.array("V", V, (2, samples)),
-        core.array("area_ratio", area_ratio, (2, samples)),
-        core.whole("samples", samples, 1),
-        h,
-        core.array("start", start, (2,)),
-        n,
-        core.array("k", k, (2,)),
-        e_A,
-        e_PT,
-        leak,
-        R,
-        gamma,
-        T_wall,
-        PT_0,
-        core.out(pressure),
-    )
-    return pressure
-
-
 @dataclass(frozen=True)
 class ClosedProblem(WithoutPrior):
     """Least squares of a law on the first part of a record; parameters are divided by their scales.
@@ -181,18 +132,38 @@ class ClosedProblem(WithoutPrior):
         return np.array([[values["V_d_A"]], [values["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered
 
     def replay(self, theta: np.ndarray, samples: int) -> np.ndarray:
-        """Pressures computed with the parameters `theta` for the first samples, Pa, by (chamber, sample)."""
-        v, r, law = self.values(theta), self.record, self.law
-        V, area_ratio = self.volumes(v)[:, :samples], r.area_ratio[:, :samples]
+        """Pressures computed with the parameters `theta` for the first samples, Pa, by (chamber, sample).
+
+        Classical Runge-Kutta steps go from sample to sample. A chamber that is not fitted has the measured
+        pressure and the temperature of the wall.
+        """
+        v, r, law, shape = self.values(theta), self.record, self.law, (2, samples)
         start, first = (
             np.array([v.get(f"{key}_{side}", 1.0) for side in "AB"]) for key in ("start", "first")
         )
-        k = np.array([v["k_A"], v["k_B"]]) if law.explicit_heat else np.zeros(2)
-        P, T = (r.P[:, 0] * first, start) if law.explicit_heat else (r.P[:, 0] * start, np.ones(2))
-        n, gas = v.get("n", r.gamma if law.n is None else law.n), (r.R, r.gamma, r.T_wall, r.PT_0)
-        inputs = r.P[:, :samples], (0 in self.chambers, 1 in self.chambers), V, area_ratio, r.h
-        leak = v["leak"] if "leak" in self.names else 0.0
-        return closed_chambers(P, *inputs, T, n, k, law.e_A, law.e_PT, leak, *gas)
+        heat = law.explicit_heat
+        pressure = np.empty(shape)
+        core.lib.closed_chambers(
+            core.array("P", r.P[:, 0] * (first if heat else start), (2,)),
+            core.array("measured", r.P[:, :samples], shape),
+            core.ffi.new("bool[2]", (0 in self.chambers, 1 in self.chambers)),
+            core.array("V", self.volumes(v)[:, :samples], shape),
+            core.array("area_ratio", r.area_ratio[:, :samples], shape),
+            core.whole("samples", samples, 1),
+            r.h,
+            core.array("start", start if heat else np.ones(2), (2,)),
+            v.get("n", r.gamma if law.n is None else law.n),
+            core.array("k", np.array([v["k_A"], v["k_B"]]) * heat, (2,)),
+            law.e_A,
+            law.e_PT,
+            v["leak"] if "leak" in self.names else 0.0,
+            r.R,
+            r.gamma,
+            r.T_wall,
+            r.PT_0,
+            core.out(pressure),
+        )
+        return pressure
 
     def errors(self, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Root mean square errors of pressures of the whole record, Pa, by chamber: fitted and held out."""
