@@ -32,6 +32,7 @@ from pneumo.fitting.settings import (
 )
 
 CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
+UNTRUSTED = "do not trust these parameters"
 STEPS = 20  # of a search for a cause
 BEYOND = 0.02  # of n outside 1..gamma that noise explains
 
@@ -39,18 +40,23 @@ BEYOND = 0.02  # of n outside 1..gamma that noise explains
 def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of unexplained residuals and their likely cause; of odd parameters if no cause is found."""
     name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
-    if name == FULL.name:
-        least = ALLOWED * estimate.of_configuration
-        odd = doubtful(split, estimate.remainder, estimate.expected, least=least)
-        symptoms = [remainder_warning(estimate, split)] if odd else []
-    else:
-        symptoms = residual_warnings(name, dict(zip("AB", split, strict=True)))
-    cause = cause_warnings(problem, split) if symptoms and name == FULL.name else []
+    of_chambers = dict(zip("AB", split, strict=True))
+    if name != FULL.name:
+        return residual_warnings(name, of_chambers) + parameter_warnings(problem, estimate)
+    odd = doubtful(split, estimate.remainder, estimate.expected, least=ALLOWED * estimate.of_configuration)
+    symptoms = [residual_warning(name, of_chambers, remainder_effect(estimate, split))] if odd else []
+    cause = cause_warnings(problem, split) if odd else []
     # With a wrong rig all parameters are odd: its cause says more.
     # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
-    if name == FULL.name and not cause and not any(residual.unexplained for residual in split):
+    if not cause and not any(residual.unexplained for residual in split):
         cause = configured_warnings(problem, estimate) + offset_warnings(estimate)
     return symptoms + (cause or parameter_warnings(problem, estimate))
+
+
+def explanation(name: str, value: float, configured: float = 0.0) -> str:
+    """What a cause or configured quantity would be, as fitted and as configured, SI units."""
+    factor = QUANTITIES[name].factor
+    return PARAMETERS[name].explanation.format(factor * value, factor * configured)
 
 
 def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
@@ -60,16 +66,12 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     for name, distance, weight in zip(problem.names, distances, weights, strict=True):
         if weight == 0:
             continue
-        ends = (estimate.values[name],) * 2
-        if name in estimate.low:
-            ends = estimate.low[name], estimate.high[name]
-        low, high = (search_value(name, end) for end in ends)
+        value, prior = estimate.values[name], problem.priors[name]
+        low, high = (search_value(name, ends.get(name, value)) for ends in (estimate.low, estimate.high))
         own = (high - low) / 2 / LIMITS  # NaN where an end is open: then nothing is contradicted
-        if abs(distance) > OUTSIDE * np.hypot(problem.priors[name].deviation, own):
-            factor, configured = QUANTITIES[name].factor, si_value(name, problem.priors[name].centre)
-            numbers = factor * estimate.values[name], factor * configured
-            explanation = PARAMETERS[name].explanation.format(*numbers)
-            result.append(f"{explanation} is outside its stated accuracy (--also {name} fits it freely)")
+        if abs(distance) > OUTSIDE * np.hypot(prior.deviation, own):
+            text = explanation(name, value, si_value(name, prior.centre))
+            result.append(f"{text} is outside its stated accuracy (--also {name} fits it freely)")
     return result
 
 
@@ -87,16 +89,19 @@ def offset_warnings(estimate: Estimate) -> list[str]:
         )
         if moves and abs(offset.value) > OUTSIDE * offset.deviation:
             sure[name] = abs(offset.value) / offset.deviation
-    alike = [name for name in sure if TIED * sure[name] >= max(sure.values())]
-    if not alike:
-        return []
-    texts = " or ".join(
-        f"{PARAMETERS[name].explanation.format(QUANTITIES[name].factor * estimate.offsets[name].value)}"
-        f" (--also {name} fits it)"
-        for name in alike
-    )
-    tied = ": this record cannot tell which" if len(alike) > 1 else ""
-    return [f"{texts} would move parameters out of their intervals and leave less of the residual{tied}"]
+    texts = [
+        f"{explanation(name, estimate.offsets[name].value)} (--also {name} fits it)"
+        for name in sure
+        if TIED * sure[name] >= max(sure.values())
+    ]
+    change = "would move parameters out of their intervals and leave less of the residual"
+    return [_either(texts, change)] if texts else []
+
+
+def _either(texts: Sequence[str], change: str) -> str:
+    """Causes of which each would explain a residual."""
+    tied = ": this record cannot tell which" if len(texts) > 1 else ""
+    return f"{' or '.join(texts)} {change}{tied}"
 
 
 def doubtful(
@@ -119,36 +124,36 @@ def doubtful(
     )
 
 
-def remainder_warning(estimate: Estimate, split: Sequence[Residual]) -> str:
-    """Warning of residuals of the full order that are not noise: their size and effect."""
-
-    def both(field: str) -> str:
-        return " and ".join(f"{getattr(residual, field) / 1e3:.2g}" for residual in split)
-
+def remainder_effect(estimate: Estimate, split: Sequence[Residual]) -> str:
+    """Text on how far residuals of the full order that are not noise may move parameters."""
+    if doubtful(split, estimate.remainder, estimate.expected, DISTRUST):
+        return UNTRUSTED
     moved = [
         f"{QUANTITIES[name].heading} by {100 * np.expm1(estimate.remainder[name]):.0f} %"
         for name in TOLERATED
         if name in estimate.remainder
     ]
-    effect = f"this moves {', '.join(moved)}, or more"
-    if doubtful(split, estimate.remainder, estimate.expected, DISTRUST):
-        effect = "do not trust these parameters"
+    return f"this moves {', '.join(moved)}, or more"
+
+
+def residual_warning(name: str, residual_of: Mapping[str, Residual], effect: str) -> str:
+    """Warning of residuals of a model, by chamber, that are not noise: their size and effect."""
+
+    def each(field: str) -> str:
+        return " and ".join(f"{getattr(residual, field) / 1e3:.2g}" for residual in residual_of.values())
+
+    chambers = " and ".join(f"P_{chamber}" for chamber in residual_of)
     return (
-        f"P_A and P_B: full is off by {both('rms')} kPa rms, of which {both('coloured')} kPa are not noise"
-        f" (sensors: {both('noise')} kPa): rig, record or configuration"
-        f" is not as assumed; {effect}"
+        f"{chambers}: {name} is off by {each('rms')} kPa rms, of"
+        f" which {each('coloured')} kPa are not noise (sensor: {each('noise')} kPa): rig, record or"
+        f" configuration is not as assumed; {effect}"
     )
 
 
 def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[str]:
-    """Warnings of residuals of a model, by chamber, that the sensors' noise does not explain."""
-    return [
-        f"P_{chamber}: {name} is off by {residual.rms / 1e3:.3g} kPa rms, of which"
-        f" {residual.coloured / 1e3:.2g} kPa are not noise (sensor: {residual.noise / 1e3:.2g} kPa): rig,"
-        " record or configuration is not as assumed; do not trust these parameters"
-        for chamber, residual in residual_of.items()
-        if residual.unexplained
-    ]
+    """Warning of residuals of a model, by chamber, that the sensors' noise does not explain."""
+    odd = {chamber: residual for chamber, residual in residual_of.items() if residual.unexplained}
+    return [residual_warning(name, odd, UNTRUSTED)] if odd else []
 
 
 def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
@@ -164,22 +169,15 @@ def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
         fitted = fit(trial, tolerance=1e-3, most=STEPS)
         after = _coloured(residuals(trial, fitted.theta))
         if after < EXPLAINED * before:
-            configured = si_value(cause, trial.guess()[trial.names.index(cause)])
-            factor = QUANTITIES[cause].factor
-            numbers = factor * trial.values(fitted.theta)[cause], factor * configured
-            explained[cause] = (
-                after,
-                f"{PARAMETERS[cause].explanation.format(*numbers)} (--also {cause} fits it)",
-            )
+            value, configured = trial.values(fitted.theta)[cause], trial.values(trial.guess())[cause]
+            explained[cause] = after, f"{explanation(cause, value, configured)} (--also {cause} fits it)"
     if not explained:
         return []
     noise = float(np.sqrt(np.mean([residual.noise**2 for residual in split])))
     least = min(after for after, _ in explained.values())
-    alike = [pair for pair in explained.values() if pair[0] <= max(TIED * least, SEEN * noise)]
-    texts = " or ".join(text for _, text in sorted(alike))
-    tied = ": this record cannot tell which" if len(alike) > 1 else ""
+    alike = [text for after, text in sorted(explained.values()) if after <= max(TIED * least, SEEN * noise)]
     change = f"would reduce what is not noise from {before / 1e3:.2g} to {least / 1e3:.2g} kPa rms"
-    return [f"{texts} {change}{tied}"]
+    return [_either(alike, change)]
 
 
 def _coloured(split: Sequence[Residual]) -> float:
