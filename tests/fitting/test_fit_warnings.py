@@ -26,7 +26,7 @@ from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import Residual
-from pneumo.fitting.stage_signals import StageSignals, stage_signals
+from pneumo.fitting.stage_signals import stage_signals
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 from pneumo.statistics.intervals import Interval
@@ -36,14 +36,10 @@ RIG = purpose_rig()
 SECONDS = 5.0
 
 
-def signals_of(rig, plant):
-    c = bench_record(rig, np.random.default_rng(3), SECONDS)
-    return stage_signals(1e-3, c["u"], c["x"], np.array([c["P_A"], c["P_B"]]), plant)
-
-
-def fitted(signals: StageSignals, plant):
-    found = estimate(FULL, plant, signals)
-    return Problem(FULL, plant, signals.part(0, split_of(signals)), {}), found
+def measured(rig, seconds=SECONDS):
+    c = bench_record(rig, np.random.default_rng(3), seconds)
+    P = np.array([c["P_A"], c["P_B"]])
+    return Measurement("m", 1e-3, c["u"], c["x"], P)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +49,9 @@ def plant(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def sound(plant):
-    return fitted(signals_of(RIG._replace(lag=3e-3, null=0.1), plant), plant)
+    m = measured(RIG._replace(lag=3e-3, null=0.1))
+    signals = stage_signals(1e-3, m.u, m.x, m.P, plant)
+    return Problem(FULL, plant, signals.part(0, split_of(signals)), {}), estimate(FULL, plant, signals)
 
 
 def assert_near(truth, estimates, widest=0.2):
@@ -134,9 +132,9 @@ def test_equally_good_models_that_disagree_are_named():
 
 @pytest.mark.slow
 def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
-    c = bench_record(RIG._replace(exhaust=0.75), np.random.default_rng(3), SECONDS)
-    P = np.array([c["P_A"] + 8e3, c["P_B"]])
-    measurement = Measurement("m", 1e-3, c["u"], c["x"], P)
+    measurement = measured(RIG._replace(exhaust=0.75))
+    P = measurement.P + np.array([[8e3], [0.0]])
+    measurement = measurement._replace(P=P)
     also = ("exhaust", "offset_A")
     found = fit_measurement(measurement, plant, ["M8"], also=also)
     assert all("M8: k_0 is on the bound of the search" in text for text in found.warnings)  # of M8 alone
@@ -159,14 +157,14 @@ def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
 
 @pytest.mark.slow
 def test_a_supply_that_sags_is_no_doubt_where_it_was_logged(plant):
-    c = bench_record(RIG._replace(weak_supply=0.5), np.random.default_rng(3), SECONDS)
-    P = np.array([c["P_A"], c["P_B"]])
-    measurement = Measurement("m", 1e-3, c["u"], c["x"], P, P_s=c["P_s"])
-    assert np.ptp(c["P_s"]) > 0.05 * RIG.P_s
+    weak = RIG._replace(weak_supply=0.5)
+    without, P_s = measured(weak), bench_record(weak, np.random.default_rng(3), SECONDS)["P_s"]
+    measurement = without._replace(P_s=P_s)
+    assert np.ptp(P_s) > 0.05 * RIG.P_s
     found = fit_measurement(measurement, plant, ["M8"])
     assert all("M8: k_0 is on the bound of the search" in text for text in found.warnings)  # of M8 alone
     assert_near({"k_0": RIG.k_0, "V_d_A": RIG.V_A, "V_d_B": RIG.V_B}, found.estimates("full"), np.inf)
-    assert "off by" in fit_measurement(measurement._replace(P_s=None), plant, ["M8"]).warnings[0]
+    assert "off by" in fit_measurement(without, plant, ["M8"]).warnings[0]
     with pytest.raises(InputError, match=r"^--also P_s: m has the supply pressure as a column$"):
         fit_measurement(measurement, plant, ["M8"], also=("P_s",))
 
@@ -191,3 +189,47 @@ def test_a_piston_that_waits_at_its_stops_with_an_open_valve_is_no_obstacle():
     assert (k_xu, V_d) == pytest.approx((rig.valve.k_xu, rig.cylinder.V_d_A), rel=0.02)
     assert found.data["rms_held_out"].sel(model="full").values == pytest.approx(1e3, rel=0.1)
     assert not any("not as assumed" in text for text in found.warnings)
+
+
+MISTAKES = {
+    "": lambda m: m,
+    "P_A and P_B look swapped": lambda m: m._replace(P=m.P[::-1]),
+    "column x seems to have the wrong sign": lambda m: m._replace(x=-m.x),
+    "column u seems to have the wrong sign": lambda m: m._replace(u=-m.u),
+    "seem to be gauge pressures": lambda m: m._replace(P=m.P - 101325.0),
+}
+
+
+@pytest.mark.parametrize("words", MISTAKES)
+def test_a_mistake_in_the_columns_is_named_and_none_is_made_up(words, tmp_path):
+    record, plant = MISTAKES[words](measured(RIG, 3.0)), believed_plant(RIG, tmp_path)
+    if not words:
+        return check_columns(record, plant)
+    with pytest.raises(InputError, match=rf"^m: .*{words}.*--trust skips this check$"):
+        check_columns(record, plant)
+
+
+def test_of_a_long_record_the_beginning_is_fitted(tmp_path, monkeypatch):
+    monkeypatch.setattr("pneumo.fitting.estimate.MOST_STEPS", 1500)
+    said = []
+    found = fit_measurement(measured(RIG, 4.0), believed_plant(RIG, tmp_path), [], progress=said.append)
+    end = found.held_out_from
+    assert 0.7 < end <= 1.5
+    note = f"a long record: the first {end:.4g} s are fitted, the other {4 - end:.4g} s held out"
+    assert note in found.notes and said[0] == f"note: {note}"
+    # The beginning is enough: the rest is followed to the noise of the sensors.
+    assert found.data["rms_held_out"].sel(model="full").values.max() < 1.3e3
+
+
+def test_the_estimate_is_that_of_the_wall_which_the_record_has_and_another_is_replayed(tmp_path):
+    fit = fit_measurement(measured(RIG._replace(e_A=1.0, e_PT=0.0)), believed_plant(RIG, tmp_path), [])
+    estimate, replayed = fit.estimates("full")["k_0"], fit.replayed("full")["k_0"]
+    assert estimate.value == pytest.approx(RIG.k_0, rel=0.05)
+    assert replayed.value > 1.03 * estimate.value  # below P_0 it conducts as much
+    assert estimate.low < estimate.value < replayed.value < estimate.high
+    assert (estimate.low, estimate.high) == (replayed.low, replayed.high)
+    for name in ("start_A", "start_T_B"):
+        assert fit.estimates("full")[name].value == fit.replayed("full")[name].value
+    (note,) = [note for note in fit.notes if "wall" in note]
+    assert note.startswith("a wall whose conductance is in proportion to its area fits")
+    assert f"k_0 = {replayed.value:.3g} W/K" in note
