@@ -110,25 +110,24 @@ def _width(name: str, interval: Interval) -> float:
     return float(np.log(high / low)) if search.logarithmic else high - low
 
 
-def adds_little(name: str, interval: Interval, reference: Reference) -> bool:
-    """Whether the record says hardly more of a parameter than the accuracy that the configuration states."""
-    return bool(OF_STATED * reference.stated < _width(name, interval) < np.inf)
-
-
-def light(name: str, interval: Interval, doubted: bool, reference: Reference = NO_REFERENCE) -> Light:
-    """Light of a parameter by the width of its interval; "green" only if the parameter is not `doubted`.
+def judged(
+    name: str, interval: Interval, doubts: Sequence[str] = (), reference: Reference = NO_REFERENCE
+) -> tuple[Light, str]:
+    """Light of a parameter by the width of its interval and by `doubts`, and the reason if it is not green.
 
     An interval with an open end is "red". A parameter that is fitted within a stated accuracy is known that
     well in any case: it is "yellow" where the record adds little, or where the interval would be red else.
     """
-    width = _width(name, interval)
-    if not np.isfinite(width):
-        return "red"
+    width, stated = _width(name, interval), reference.stated
     limits = VAGUE_PART * reference.searched, ROUGH_PART * reference.searched
     vague, rough = np.log([VAGUE, ROUGH]) if PARAMETERS[name].search.logarithmic else limits
-    if np.isfinite(reference.stated):
-        return "yellow" if doubted or width > min(OF_STATED * reference.stated, vague) else "green"
-    return "red" if width > vague else "yellow" if doubted or width > rough else "green"
+    if not np.isfinite(width) or (not np.isfinite(stated) and width > vague):
+        return "red", "open or too wide an interval"
+    if doubts:
+        return "yellow", first_words(doubts[0])
+    if width > OF_STATED * stated:
+        return "yellow", ADDS_LITTLE
+    return ("yellow", "wide interval") if width > (vague if np.isfinite(stated) else rough) else ("green", "")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -205,39 +204,27 @@ class FitResult:
         Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
         configuration states, or a warning of the rig concerns the parameter.
         """
-        return {
-            name: light(name, interval, bool(self._doubts(name)), self.reference(name))
-            for name, interval in self._rig().items()
-        }
+        return {name: light for name, (light, _) in self._judged().items()}
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
+        return {name: reason for name, (_, reason) in self._judged().items() if reason}
 
     def reference(self, name: str) -> Reference:
         """Widths with which the interval of a parameter of the full order is compared."""
         return self.references.get(name, NO_REFERENCE)
 
-    @property
-    def reasons(self) -> dict[str, str]:
-        """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
-        reasons: dict[str, str] = {}
-        for name, interval in self._rig().items():
-            alone = light(name, interval, doubted=False, reference=self.reference(name))
-            if alone == "red":
-                reasons[name] = "open or too wide an interval"
-            elif doubts := self._doubts(name):
-                reasons[name] = first_words(doubts[0])
-            elif alone == "yellow":
-                little = adds_little(name, interval, self.reference(name))
-                reasons[name] = ADDS_LITTLE if little else "wide interval"
-        return reasons
-
-    def _rig(self) -> dict[str, Interval]:
-        """Estimates of the full order but first pressures and temperatures; empty if it was not fitted."""
+    def _judged(self) -> dict[str, tuple[Light, str]]:
         found = self.estimates(FULL_ORDER) if FULL_ORDER in self.models else {}
-        return {name: interval for name, interval in found.items() if name not in STARTS}
-
-    def _doubts(self, name: str) -> list[str]:
-        """Warnings of the rig that concern a parameter."""
-        concerned = ((text, getattr(text, "parameters", ())) for text in self.of_rig)
-        return [text for text, parameters in concerned if not parameters or name in parameters]
+        concerned = [(text, getattr(text, "parameters", ())) for text in self.of_rig]
+        return {
+            name: judged(
+                name, interval, [text for text, of in concerned if not of or name in of], self.reference(name)
+            )
+            for name, interval in found.items()
+            if name not in STARTS
+        }
 
     def correlation(self, model: str) -> pd.DataFrame:
         """Correlation of a model's parameters, by their names."""

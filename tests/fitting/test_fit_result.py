@@ -14,7 +14,7 @@ from pneumo.fitting.fit_result import (
     Reference,
     equally_good,
     fit_data,
-    light,
+    judged,
     rms_of_chambers,
 )
 from pneumo.fitting.record.measurement import Measurement
@@ -65,8 +65,8 @@ LIGHTS = [  # value, ends, widths to compare with, colour without and with a dou
 @pytest.mark.parametrize(("name", "value", "ends", "reference", "colour", "doubted"), LIGHTS)
 def test_a_light_is_that_of_the_intervals_width_and_of_doubt(name, value, ends, reference, colour, doubted):
     interval = Interval(value, *ends)
-    assert light(name, interval, False, reference) == colour
-    assert light(name, interval, True, reference) == doubted
+    assert judged(name, interval, reference=reference)[0] == colour
+    assert judged(name, interval, ["odd"], reference)[0] == doubted
 
 
 def test_a_line_says_where_the_record_adds_little_to_the_configuration():

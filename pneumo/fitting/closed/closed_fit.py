@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import make_smoothing_spline
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
@@ -22,7 +21,7 @@ from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_dat
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import Residual, split_residuals
 from pneumo.fitting.settings import LARGEST_MOTION, PART
-from pneumo.fitting.stage_signals import smoothing
+from pneumo.fitting.stage_signals import smoothed
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import Side, chamber_of, volume
 
@@ -34,10 +33,7 @@ MOST_SAMPLES = 4000  # of a chamber in the sum of squares
 def closed_record(measurement: Measurement, plant: Plant) -> ClosedRecord:
     """Record with a smoothed position."""
     c, gas, cylinder, t, x = plant.conditions, plant.gas, plant.cylinder, measurement.t, measurement.x
-    if np.ptp(x) > 0:
-        penalty, _ = smoothing(x, measurement.period)
-        x = make_smoothing_spline(t, x, lam=penalty)(t)
-    x, areas = x + cylinder.stroke / 2, (cylinder.A_A, cylinder.A_B)
+    x, areas = smoothed(t, x) + cylinder.stroke / 2, (cylinder.A_A, cylinder.A_B)
     size = areas, cylinder.bore, cylinder.stroke
     return ClosedRecord(
         measurement.name, t, x, measurement.P, *size, gas.R, gas.gamma, c.T_amb, c.P_0 * c.T_0

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import make_smoothing_spline
 
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.columns import Column, columns_by_header
@@ -13,7 +12,7 @@ from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.measurement import read_series
 from pneumo.fitting.record.units import Surroundings
 from pneumo.fitting.rig.rig_file import Rig
-from pneumo.fitting.stage_signals import smoothing
+from pneumo.fitting.stage_signals import smoothed
 
 RISEN = 0.015  # of the pressure's range, above which a pulse has begun
 FALLEN = 0.7  # of a pulse's largest pressure, below which the valve has closed
@@ -120,8 +119,7 @@ def pulses(
         If there is no whole pulse.
     """
     h = float(t[-1] - t[0]) / (len(t) - 1)
-    if np.ptp(x) > 0:
-        x = make_smoothing_spline(t, x, lam=smoothing(x, h)[0])(t)
+    x = smoothed(t, x)
     x = x - x.min()
     calm = P.min() + RISEN * np.ptp(P)
     runs = []
