@@ -4,10 +4,12 @@ The contract judges estimates, intervals and causes of more records.
 """
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from closed_truth import Truth, compressed, measured, moving, pressures
 
+import pneumo
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import InputError
 from pneumo.fitting.closed.closed_fit import HELD, fit_closed
@@ -36,8 +38,9 @@ def record(plant):
 
 
 @pytest.fixture(scope="module")
-def closed_fit(record, plant):
-    return fit_closed(record, plant)
+def closed_fit(record):
+    columns = {"t_s": record.t, "x_m": record.x, "P_A_Pa": record.P[0], "P_B_Pa": record.P[1]}
+    return pneumo.fit(pd.DataFrame(columns), TEMPLATE, "mine", closed=True).result
 
 
 def assert_found(fit, **truth):
@@ -147,7 +150,7 @@ def decay(tau, span=3.0, change=5e4, noise=0.0, x=None, samples=601):
     [
         (0.0, "does not settle within the record's 3 s", {"tau": 9.3}),
         (0.0, r"changes by .* Pa at a noise of \d+ Pa: too little", {"change": 300.0, "noise": 300.0}),
-        (2.76, "leaves 49 samples: must be at least 50", {}),
+        (2.76, "leaves 49 samples of 3 s: must be at least 50", {}),
         (0.0, "the piston moves by .* it must be held", {"x": np.linspace(0.0, 0.01, 601)}),
     ],
 )
