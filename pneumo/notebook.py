@@ -4,8 +4,8 @@ Progress goes to the logger `pneumo`: `logging.basicConfig(level="INFO")` shows 
 """
 
 import logging
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -16,13 +16,15 @@ from matplotlib.figure import Figure
 
 from pneumo.configuration.configured_dynamics import configured_dynamics
 from pneumo.configuration.experiment import Plant, Study
-from pneumo.configuration.parameters import accuracy, load
+from pneumo.configuration.parameters import accuracy, load, sonic_conductance
 from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import uncertainties
 from pneumo.equations.chamber_rate import model_row
 from pneumo.errors import InputError, printable
+from pneumo.fitting.closed.closed_fit import fit_closed
+from pneumo.fitting.closed.thermal_time_constant import since
 from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
 from pneumo.fitting.fitted_parameters import FULL_ORDER, QUANTITIES
 from pneumo.fitting.fitted_yaml import fitted_configuration
@@ -58,6 +60,7 @@ class RecordFit:
     configuration: Configuration
     cylinder: str
     command: Literal["held", "linear"]
+    x_from: Literal["mid", "end"] = "mid"
 
     @property
     def warnings(self) -> list[str]:
@@ -109,12 +112,20 @@ class RecordFit:
         """Figure of measured and replayed pressures of the best model, with residuals."""
         return residual_figure(self.result)
 
-    def validate(self, other: Record, columns: Mapping[str, Column] | None = None) -> pd.DataFrame:
+    def validate(
+        self, other: Record | Measurement, columns: Mapping[str, Column] | None = None
+    ) -> pd.DataFrame:
         """Root mean square errors, Pa, of the fitted models on another record, by model and chamber.
 
         Nothing but first pressures and temperatures is fitted there.
         """
-        measurement = read_record(other, self.configuration, self.cylinder, columns=columns)
+        if self.result.of == "closed":
+            raise InputError(
+                "validate: laws of closed chambers are not judged on another record; leave it out"
+            )
+        about = self.configuration, self.cylinder
+        is_read = isinstance(other, Measurement)
+        measurement = other if is_read else read_record(other, *about, columns=columns, x_from=self.x_from)
         errors = validation(self.result, measurement, self.plant, command=_SAMPLING[self.command])
         return pd.DataFrame.from_dict(errors, orient="index", columns=["A", "B"]).rename_axis("model")
 
@@ -248,6 +259,7 @@ def read_record(
     *,
     columns: Mapping[str, Column] | None = None,
     x_from: Literal["mid", "end"] = "mid",
+    closed: bool = False,
 ) -> Measurement:
     """Record of a cylinder in SI units, uniform in time, checked as `pneumo fit` does.
 
@@ -263,6 +275,8 @@ def read_record(
         Column and unit of each quantity, if not as the headers name them.
     x_from
         Whether x is zero in mid-stroke or at chamber A's end.
+    closed
+        Whether both chambers were closed; then neither command nor flows are needed.
 
     Raises
     ------
@@ -271,7 +285,7 @@ def read_record(
     """
     _check("x_from", x_from, ORIGINS)
     plant = configured_plant(in_SI(_configuration(configuration)), cylinder, 1.0)
-    return read_measurement(record, plant, columns, from_end=x_from == "end")
+    return read_measurement(record, plant, columns, from_end=x_from == "end", closed=closed)
 
 
 def fit(
@@ -279,22 +293,27 @@ def fit(
     configuration: Configuration | Path | str,
     cylinder: str | None = None,
     *,
-    models: Sequence[str] = tuple(MODELS),
+    models: Sequence[str] | None = None,
     columns: Mapping[str, Column] | None = None,
     x_from: Literal["mid", "end"] = "mid",
     command: Literal["held", "linear"] = "held",
     part: float = PART,
     also: Sequence[str] = (),
     trust: bool = False,
+    closed: bool = False,
+    closed_from: float = 0.0,
+    progress: Callable[[str], None] = LOGGER.info,
 ) -> RecordFit:
-    """Fit models to a record of a cylinder at work, as the command `pneumo fit` does.
+    """Fit models to a record of a cylinder at work, or thermal laws to closed chambers.
+
+    The command `pneumo fit` does the same.
 
     Parameters
     ----------
     record, configuration, cylinder, columns, x_from
         As in `pneumo.read_record`; several records, in a list, are fitted together.
     models
-        Names of the reduced models; the full order is fitted in any case.
+        Names of the reduced models, by default all; the full order is fitted in any case.
     command
         Whether the command was held between samples, or changed linearly.
     part
@@ -303,12 +322,17 @@ def fit(
         Names of quantities that are fitted too, without prior knowledge; the table is in {doc}`fit`.
     trust
         Skip the check for swapped or wrong columns.
+    closed
+        Whether both chambers were closed, as they are where u, or m_A and m_B, are zero in every sample.
+    closed_from
+        Time from which they are closed, s.
+    progress
+        Is called with a line after each model.
 
     Raises
     ------
     InputError
-        If the record cannot be used, or an argument is none of those allowed. A record of closed chambers is
-        fitted by the command `pneumo fit` alone.
+        If the record cannot be used, or an argument is none of those allowed.
     """
     _check("command", command, _SAMPLING)
     if not PARTS[0] <= part <= PARTS[1]:
@@ -318,29 +342,38 @@ def fit(
     plant = configured_plant(configured, cylinder, 1.0)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     records = [
-        read_record(file, configuration, cylinder, columns=columns, x_from=x_from)
+        read_record(file, configuration, cylinder, columns=columns, x_from=x_from, closed=closed)
         for file in ([record] if isinstance(record, Path | str | pd.DataFrame | xr.Dataset) else record)
     ]
     if not records:
         raise InputError("record: an empty list: must have at least one record")
     measurement, part = joined(records, part, MOST_STEPS)
-    if measurement.closed:
-        raise InputError(
-            f"{measurement.name}: u, or m_A and m_B, are zero in every sample: closed chambers are fitted by"
-            " the command `pneumo fit` alone"
-        )
+    for note in measurement.notes:
+        progress(f"note: {note}")
     rule = _SAMPLING[command]
-    if not trust:
-        for file in records:
-            check_columns(file, plant, command=rule)
-    result = fit_measurement(
-        measurement,
-        plant,
-        [model_row(name).name for name in models],
-        command=rule,
-        part=part,
-        also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
-        known=accuracy(configuration, position_shown(measurement, plant)),
-        progress=LOGGER.info,
-    )
-    return RecordFit(result, measurement, plant, configuration, named, command)
+    if measurement.closed:
+        for name in [name for name, given in (("models", models), ("also", also)) if given]:
+            raise InputError(f"{name}: the fit of closed chambers has no such choice; leave it out")
+        rest = since(measurement, closed_from)
+        result = fit_closed(rest, plant, part=part, check=not trust, progress=progress)
+    else:
+        if closed_from:
+            problem = "is no record of closed chambers; leave it out, or --closed A, B or both"
+            raise InputError(f"--closed-from {closed_from:g} s: {measurement.name} {problem}")
+        if not trust:
+            for file in records:
+                check_columns(file, plant, command=rule)
+        result = fit_measurement(
+            measurement,
+            plant,
+            [model_row(name).name for name in (MODELS if models is None else models)],
+            command=rule,
+            part=part,
+            also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
+            known=accuracy(configuration, position_shown(measurement, plant)),
+            progress=progress,
+        )
+    if configuration.cylinders[named].valve:
+        C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
+        result = replace(result, C_per_k_xu=C_per_k_xu)
+    return RecordFit(result, measurement, plant, configuration, named, command, x_from)

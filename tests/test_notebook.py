@@ -87,7 +87,7 @@ def test_a_fit_shows_itself_in_ten_lines(fit):
         ({"part": 0.0}, "part = 0: must lie between 0.2 and 0.9"),
         ({"part": np.nan}, "part = nan: must lie between 0.2 and 0.9"),
         ({"record": []}, "record: an empty list: must have at least one record"),
-        ({}, "record: u, or m_A and m_B, are zero in every sample"),
+        ({"also": ["b"]}, "also: the fit of closed chambers has no such choice"),
     ],
 )
 def test_a_wrong_argument_is_one_line_that_names_it(file, change, said):

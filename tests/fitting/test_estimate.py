@@ -45,16 +45,6 @@ def test_an_estimate_does_not_depend_on_rounding():
         assert np.all(np.abs(other.theta - first.theta) < 0.03 * half)
 
 
-@pytest.mark.parametrize("model", ["M7", "M10"])
-def test_replayed_pressures_give_their_parameters_back(model):
-    problem = problem_of(synthetic_record(8, model), model)
-    theta = problem.guess() + MOVED
-    P = replayed_pressures(problem, theta[None])[0]
-    exact = problem._replace(signals=problem.signals._replace(P=P))
-    found = fit(exact, tolerance=1e-12)
-    np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
-
-
 @settings(max_examples=20)
 # 0.1 to 1 % of full scale, which is 2 here; below, ever more of the noise passes for motion.
 @given(noise=st.floats(2e-3, 2e-2), seed=st.integers(0, 1000))

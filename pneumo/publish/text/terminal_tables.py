@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pneumo.configuration.experiment import Study
-from pneumo.fitting.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
+from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.selection.answer import Answer, Contender, export_command
@@ -283,9 +283,9 @@ def validation_tables(errors: Mapping[str, np.ndarray]) -> list[Table]:
     return [_table(title, ("model", "A (kPa)", "B (kPa)"), rows)] if rows else []
 
 
-def wall_text(fit: ClosedChambersResult) -> str:
+def wall_text(fit: FitResult) -> str:
     """Conventions of a fit of closed chambers."""
-    T, P = fit.T_wall, fit.P_0 / KILO
+    T, P = fit.conventions["T_wall_K"], fit.conventions["P_0_Pa"] / KILO
     return (
         f"mean k: of the part fitted; k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by the law of the row.\n"
         f"Assumed for the wall: {T:.5g} K; every k scales with its inverse, predictions do not depend on it"
