@@ -1,14 +1,15 @@
 """Columns of a measurement: which quantity each channel holds, and in which unit."""
 
+import json
 import re
-from collections.abc import Mapping, Sequence
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from pneumo.configuration.plain_yaml import read_yaml
+from pneumo.configuration.plain_yaml import parse_yaml, read_yaml
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel
 from pneumo.fitting.record.units import PLAIN, QUANTITIES, Reading, Surroundings, is_unit, plain_unit, reading
@@ -63,18 +64,20 @@ Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
 MAPPING = TypeAdapter(dict[Quantity, Column])
 
 
-def read_mapping(path: Path) -> dict[str, Column]:
-    """Columns by quantity from YAML such as `P_A: {column: "pressure 1", unit: kPa}`.
+def read_mapping(source: str) -> dict[str, Column]:
+    """Columns by quantity from YAML such as `{P_A: {column: "pressure 1", unit: kPa}}`, or a file of it.
 
     `InputError` if a key is no quantity, or column or unit is missing.
     """
+    inline = source.lstrip().startswith("{")
     try:
-        return {str(name): column for name, column in MAPPING.validate_python(read_yaml(path)).items()}
+        content = parse_yaml(source, "--columns") if inline else read_yaml(Path(source))
+        return {str(name): column for name, column in MAPPING.validate_python(content).items()}
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in first["loc"] if part != "[key]")
         expected = f"must be one of {', '.join(QUANTITIES)}, each with column and unit"
-        raise InputError(f"{path}: {printable(field)}: {expected}") from None
+        raise InputError(f"{'--columns' if inline else source}: {printable(field)}: {expected}") from None
 
 
 def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
@@ -125,8 +128,8 @@ def clock_unit(clock: Channel, columns: Mapping[str, Column]) -> str:
     return clock.unit or _name_and_unit(clock.name)[1] or named
 
 
-def proposed_mapping(channels: Sequence[Channel], known: Mapping[str, Column], needed: Sequence[str]) -> str:
-    """YAML in one line for `read_mapping`: columns guessed by their names, `UNNAMED` for the others."""
+def proposed_option(channels: Sequence[Channel], known: Mapping[str, Column], needed: Iterable[str]) -> str:
+    """The option ``--columns`` for a shell: columns guessed by their names, `UNNAMED` for the others."""
     proposed = {
         quantity: column.model_copy(update={"unit": _proposed_unit(column.unit, quantity)})
         for quantity, column in known.items()
@@ -143,11 +146,8 @@ def proposed_mapping(channels: Sequence[Channel], known: Mapping[str, Column], n
         free = [other for other in free if other.name != channel.name]
         unit = plain_unit(channel.unit or _foreign(channel.name)[1])
         proposed[quantity] = Column(column=channel.name, unit=_proposed_unit(unit, quantity))
-    entries = ({q: c.model_dump(exclude_defaults=True)} for q, c in proposed.items())
-    texts = (
-        yaml.safe_dump(entry, default_flow_style=True, allow_unicode=True, width=10**6) for entry in entries
-    )
-    return f"{{{', '.join(text.strip()[1:-1] for text in texts)}}}"
+    content = {quantity: column.model_dump(exclude_defaults=True) for quantity, column in proposed.items()}
+    return f"--columns {shlex.quote(json.dumps(content, ensure_ascii=False))}"
 
 
 def _proposed_unit(unit: str, quantity: str) -> str:

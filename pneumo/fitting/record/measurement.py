@@ -12,7 +12,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel, Series, numbers, place, series
-from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_mapping, unused_note
+from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_option, unused_note
 from pneumo.fitting.record.formats import given_channels, read_channels
 from pneumo.fitting.record.plausibility import UNEVEN, check_clock, check_signals, check_velocity, events
 from pneumo.fitting.record.units import CHOICES, Surroundings
@@ -88,10 +88,10 @@ def read_series(
         if quantity == "t":
             continue
         if column.column not in by_name:
-            listed = ", ".join(printable(name, 30) for name in [*by_name][:12])
+            listed = ", ".join(printable(channel.name, 30) for channel in channels[:12])
             raise InputError(
                 f"{path}: no column {printable(column.column)!r}, which the mapping names as {quantity};"
-                f" columns: {listed}"
+                f" columns: {listed}; to check and complete: {proposed_option(channels, {}, columns)}"
             )
         channel = by_name[column.column]
         clock = channel.clock or clocks.get(t.column if t else "")
@@ -214,8 +214,8 @@ def _check_needed(
     unit = CHOICES[missing[0]].split(",")[0].split(" ")[0]
     raise InputError(
         f"{path}: no column {', '.join(missing)}: must have a header such as {missing[0]}_{unit}, or be named"
-        f" with --columns; columns: {present}{shut}; a file for --columns, to check and complete:"
-        f" {proposed_mapping(channels, columns, needed)}"
+        f" with --columns; columns: {present}{shut}; to check and complete:"
+        f" {proposed_option(channels, columns, needed)}"
     )
 
 

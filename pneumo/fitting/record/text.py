@@ -1,8 +1,8 @@
 """Text files of loggers: their layout is found by their content.
 
 A file may begin with comments or any other lines. Its table is the first run of numbers, with a row of names
-above it and perhaps one of units between. Other layouts: LabVIEW's header blocks, TwinCAT Scope's blocks of
-a channel each, and the labelled rows of Simulink's Data Inspector.
+above it and perhaps one of units between. Other layouts: TwinCAT Scope's blocks of a channel each, and the
+labelled rows of Simulink's Data Inspector.
 """
 
 import csv
@@ -28,7 +28,6 @@ GROUPED = {  # numbers with thousands separators, by decimal sign
     ".": re.compile(r"[+-]?\d{1,3}([,' \u00a0\u2009\u202f]\d{3})+(\.\d*)?"),
     ",": re.compile(r"[+-]?\d{1,3}([.' \u00a0\u2009\u202f]\d{3})+(,\d*)?"),
 }
-LVM, END_OF_HEADER = "LabVIEW Measurement", "***End_of_Header***"
 SCOPE = {"netid", "port", "sampletime[ms]", "symbolname", "data-type"}  # labels of TwinCAT Scope's header
 INSPECTOR = re.compile(r"(Unit|Interp|Type|BlockPath|PortIndex|Enum|Complexity|SignalID):\s*(.*)")
 HELD = {"zoh": True, "linear": False}
@@ -64,8 +63,6 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     lines = [line.rstrip("\r\n") for line in lines]
     if any("\0" in line for line in lines):
         raise InputError(f"{path}: not a text file: export it as CSV, with names and units in the first row")
-    if lines and lines[0].startswith(LVM):
-        return _labview(path, content.decode(encoding, errors="replace").splitlines())
     table = _first_sample(path, lines)
     limit(path, table.widths[0], MOST_COLUMNS, "columns")
     above = [_fields(line, table.separator) for line in lines[: table.line]]
@@ -232,92 +229,3 @@ def _plain(values: np.ndarray, decimal: str) -> np.ndarray:
         return text.replace(",", ".") if decimal == "," and COMMA.fullmatch(text) else text
 
     return np.array([plain(value) for value in values], dtype=object)
-
-
-def _labview(path: Path, lines: Sequence[str]) -> list[Channel]:
-    """Channels of an .lvm file: each segment has a header with units, first times and increments."""
-    ends = [k for k, line in enumerate(lines) if line.startswith(END_OF_HEADER)]
-    first = lines[: ends[0]] if ends else lines
-    separator = "," if any(line.lower().startswith("separator,") for line in first) else "\t"
-    multi = any(line.replace(separator, " ").startswith("X_Columns Multi") for line in first)
-    parts = dict[str, list[Channel]]()
-    for number, end in enumerate(ends[1:] or ends[:1], start=1):
-        begin = max((k for k, line in enumerate(lines[:end]) if line.startswith("Channels")), default=0)
-        after = ends[1:][number] if number < len(ends[1:]) else len(lines)
-        if number < len(ends[1:]):  # the next segment's header begins with Channels
-            after = max((k for k in range(end + 1, after) if lines[k].startswith("Channels")), default=after)
-        header = {row[0].strip(): row[1:] for row in (line.split(separator) for line in lines[begin:end])}
-        for channel in _segment(path, lines, (end + 1, after), header, separator, multi):
-            parts.setdefault(channel.name, []).append(channel)
-    if not parts:
-        raise InputError(f"{path}: no numbers in columns below {END_OF_HEADER}")
-    return [_joined(segments) for segments in parts.values()]
-
-
-def _segment(
-    path: Path,
-    lines: Sequence[str],
-    span: tuple[int, int],
-    header: dict[str, list[str]],
-    separator: str,
-    multi: bool,
-) -> list[Channel]:
-    """Channels of one segment of an .lvm file, whose row of names is the first line of `span`."""
-    line, end = span
-    rows = lines[line + 1 : end]
-    limit(path, len(rows), MOST_ROWS, "rows")
-    names = lines[line].split(separator) if line < len(lines) else []
-    limit(path, len(names), MOST_COLUMNS, "columns")
-    cells = [cell.strip() for row in rows[:SAMPLE_LINES] for cell in row.split(separator)]
-    if not any(map(_is_number, cells)):
-        return []
-    decimal = _decimal([cell for cell in cells if _is_number(cell)])
-    content = "\n".join(rows).encode()
-    columns = _columns(
-        path, content, _Table(0, separator, (len(names), len(names)), decimal), len(names), "utf-8"
-    )
-    names = [name.strip() or f"column {k + 1}" for k, name in enumerate(names)]
-
-    def entries(key: str) -> list[str]:
-        values = [value.strip() for value in header.get(key, [])]
-        return values[::2] if multi and len(values) > len(channels) else values
-
-    channels = [name for name in names if not is_time(name) and name != "Comment"]
-    labels, steps, starts = (entries(key) for key in ("Y_Unit_Label", "Delta_X", "X0"))
-    made = list[Channel]()
-    times = Channel("X_Value", np.empty(0), "s")
-    for name, values in zip(names, columns, strict=False):
-        if is_time(name):
-            times = Channel("X_Value", values, "s", first_line=line + 2)
-        elif name in channels:
-            k = len(made)
-            filled = np.flatnonzero([value == value and value != "" for value in values])
-            values = values[: filled[-1] + 1 if len(filled) else 0]
-            clock = times._replace(values=times.values[: len(values)])
-            if not len(times.values) or all(t != t or t == "" for t in clock.values):
-                step, start = (
-                    float((texts[k] if k < len(texts) else "").replace(",", ".") or other)
-                    for texts, other in ((steps, "nan"), (starts, "0"))
-                )
-                clock = Channel("X_Value", start + step * np.arange(len(values)), "s")
-            unit = plain_unit(labels[k]) if k < len(labels) else ""
-            made.append(Channel(name, values, unit, clock, None, line + 2))
-    return made
-
-
-def _joined(segments: Sequence[Channel]) -> Channel:
-    """Channel of several segments; one that begins anew follows the one before it by one step."""
-    first, *others = segments
-    if not others or first.clock is None:
-        return first
-    times, values = [np.asarray(first.clock.values, dtype=float)], [first.values]
-    for segment in others:
-        if segment.clock is None or not len(segment.values):
-            continue
-        t, last = np.asarray(segment.clock.values, dtype=float), times[-1]
-        if len(last) > 1 and t[0] <= last[-1]:
-            t = t - t[0] + last[-1] + (last[-1] - last[-2])
-        times.append(t)
-        values.append(segment.values)
-    t = np.concatenate(times)
-    return first._replace(values=np.concatenate(values), clock=first.clock._replace(values=t), first_line=0)

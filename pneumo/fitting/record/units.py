@@ -4,7 +4,7 @@ The factors are compared with those of pint in the tests; pint itself takes 0.3 
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pneumo.configuration.plausible_cylinders import ATMOSPHERE
@@ -16,20 +16,22 @@ TIMES = {
     **dict.fromkeys(("us", "usec", "microsecond", "microseconds"), 1e-6),
     **dict.fromkeys(("ns", "nsec", "nanosecond", "nanoseconds"), 1e-9),
     "100 ns": 1e-7,  # FILETIME, of Windows
-    **dict.fromkeys(("min", "minutes"), 60.0),
+    **dict.fromkeys(("min", "minute", "minutes"), 60.0),
+    **dict.fromkeys(("h", "hr", "hour", "hours"), 3600.0),
 }
 PRESSURES = {
     **{"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
     **dict.fromkeys(("kgf/cm2", "kg/cm2", "kp/cm2"), 98066.5),
     **{"N/mm2": 1e6, "lbf/in2": 6894.757293168361, "inHg": 25.4 * 133.322387415},
     **{"atm": 101325.0, "Torr": 101325 / 760, "mmHg": 133.322387415},
+    **{"mmH2O": 9.80665, "cmH2O": 98.0665, "inH2O": 25.4 * 9.80665},
 }
 TEMPERATURES = {  # factor and offset
     **dict.fromkeys(("K", "kelvin"), (1.0, 0.0)),
     **dict.fromkeys(("degC", "deg C", "C", "celsius"), (1.0, 273.15)),
     **dict.fromkeys(("degF", "deg F", "F", "fahrenheit"), (5 / 9, 273.15 - 32 * 5 / 9)),
 }
-MASS_FLOWS = {"kg/s": 1.0, "g/s": 1e-3, "g/min": 1e-3 / 60, "kg/h": 1 / 3600, "kg/min": 1 / 60}
+MASSES = {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237}
 VOLUMES = {
     **dict.fromkeys(("l", "L", "dm3", "liter", "litre"), 1e-3),
     **dict.fromkeys(("cm3", "ml", "mL", "cc"), 1e-6),
@@ -40,16 +42,16 @@ COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  #
 ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
 QUANTITIES = ("t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
 CHOICES = {  # written in messages, by quantity
-    "t": "s, ms, us, ns, min",
+    "t": "s, ms, us, ns, min, h",
     "u": "V, mV, %, mA 4..20, V 0..10, 0/1",
     "x": "m, cm, mm, um, in",
     "v": "m/s, cm/s, mm/s, um/s, in/s",
     **dict.fromkeys(
         ("P_A", "P_B", "P_s"),
-        "Pa, hPa, kPa, MPa, mbar, bar, psi, kgf/cm2, atm, mmHg, Torr, for a gauge bar(g)",
+        "Pa, hPa, kPa, MPa, mbar, bar, psi, kgf/cm2, atm, mmHg, Torr, cmH2O, inH2O, for a gauge bar(g)",
     ),
     **dict.fromkeys(
-        ("m_A", "m_B"), "kg/s, g/s, kg/h, Nl/min (0 degC, 1.01325 bar), l/min(ANR), l/min(20 degC, 1 bar)"
+        ("m_A", "m_B"), "kg/s, g/s, mg/s, kg/h, Nl/min (0 degC, 1.01325 bar), l/min(ANR) or (20 degC, 1 bar)"
     ),
     "T": "K, degC, degF",
 }
@@ -61,7 +63,7 @@ MARKED = re.compile(
     re.IGNORECASE,
 )
 VOLUME_FLOW = re.compile(
-    r"(?P<kind>norm|std|[ns])?\.?\s?(?P<volume>[a-z]+3?)(?:_?(?P<behind>n))?/(?P<time>s|sec|min|h)"
+    r"(?P<kind>norm|std|[ns])?\.?\s?(?P<volume>[a-z]+3?)(?:_?(?P<behind>n))?/(?P<time>[a-z]+)"
     r"\s*(?:[\[(](?P<state>.+)[\])])?",
     re.IGNORECASE,
 )
@@ -71,6 +73,8 @@ RANGE = re.compile(
     rf"(?P<before>V|mA|%)?\s*[\[(]?(?P<low>{NUMBER})\s*(?:\.\.\.?|to|-)\s*(?P<high>{NUMBER})[\])]?\s*(?P<behind>V|mA|%)?"
 )
 ON_OFF = "0/1"
+RANGES = {"mA": "mA 4..20", **dict.fromkeys((ON_OFF, "bool", "boolean", "logical", "on/off"), "0..1")}
+FULL_SCALE = re.compile(r"(?:%|percent)(?:\s*(?:of\s+)?(?:FS|F\.S|full[\s-]?scale))?", re.IGNORECASE)
 STANDARD_ATMOSPHERE = 101325.0  # Pa
 
 
@@ -127,14 +131,21 @@ def pressure_unit(text: str) -> tuple[str, str] | None:
     return named, "absolute" if match["mark"].lower().startswith("a") else "gauge"
 
 
+def _rate(unit: str, units: Mapping[str, float]) -> Reading | None:
+    """Reading of one of some units over a time, such as mm/s."""
+    above, _, below = unit.rpartition("/")
+    named, time = _named(above.strip(), units), _named(below.strip(), TIMES)
+    return Reading(units[named] / TIMES[time], 0.0, f"{named}/{time}") if named and time else None
+
+
 def _command(unit: str, u_max: float) -> Reading | None:
     for name, factor in (("V", 1.0), ("mV", 1e-3)):
         if unit == name or (name == "V" and unit.lower() in ("volt", "volts", "vdc")):
             return Reading(factor, 0.0, name)
     unit = re.sub(r"(?:±|\+/-)\s*(\d+)", r"-\1..\1", unit)
-    if unit in ("%", "percent"):
+    if FULL_SCALE.fullmatch(unit):
         return Reading(u_max / 100, 0.0, f"% of {u_max:g} V")
-    match = RANGE.fullmatch({"mA": "mA 4..20", ON_OFF: "0..1"}.get(unit, unit))
+    match = RANGE.fullmatch(RANGES.get(_named(unit, RANGES), unit))
     if not match or not float(match["low"]) < float(match["high"]):
         return None
     low, high = float(match["low"]), float(match["high"])
@@ -147,17 +158,18 @@ def _command(unit: str, u_max: float) -> Reading | None:
 
 def _flow(unit: str, R: float) -> Reading | str | None:
     """Reading of a flow; text if its reference state is to be named."""
-    if named := _named(unit, MASS_FLOWS):
-        return Reading(MASS_FLOWS[named], 0.0, named)
+    if found := _rate(unit, MASSES):
+        return found
     unit = re.sub(r"\s+ANR$", "(ANR)", unit)
     short = re.fullmatch(r"([ns]?)(lpm|lm|ccm|cfm)\s*([\[(].*)?", unit, re.IGNORECASE)
     match = VOLUME_FLOW.fullmatch(f"{short[1]}{COMPACT[short[2].lower()]}{short[3] or ''}" if short else unit)
     volume = _named(match["volume"], VOLUMES) if match else ""
     if match and not volume and match["volume"].lower().endswith("n"):  # ln/min
         volume = _named(match["volume"][:-1], VOLUMES)
-    if not match or not volume:
+    per = _rate(f"{volume}/{match['time']}", VOLUMES) if match else None
+    if not match or not per:
         return None
-    rate = VOLUMES[volume] / {"s": 1.0, "sec": 1.0, "min": 60.0, "h": 3600.0}[match["time"].lower()]
+    rate = per.factor
     state = (match["state"] or "").strip()
     if state.upper() == "ANR":
         density = ANR if abs(R / R_AIR - 1) < 0.01 else 1e5 / (R * 293.15)
@@ -185,9 +197,8 @@ def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Readin
         found = Reading(TIMES[named], 0.0, named)
     elif quantity == "x" and (named := _named(unit, LENGTHS)):
         found = Reading(LENGTHS[named], 0.0, named)
-    elif quantity == "v" and unit.endswith(("/s", "/sec")):
-        named = _named(unit.rpartition("/")[0].strip(), LENGTHS)
-        found = Reading(LENGTHS[named], 0.0, f"{named}/s") if named else None
+    elif quantity == "v":
+        found = _rate(unit, LENGTHS)
     elif quantity.startswith("P_") and (pressure := pressure_unit(unit)):
         zero = gauge_zero(around.P_atm) if pressure[1] == "gauge" else 0.0
         found = Reading(PRESSURES[pressure[0]], zero, f"{pressure[0]} {pressure[1] or 'absolute'}")

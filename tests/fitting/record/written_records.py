@@ -106,7 +106,7 @@ def inspector(of=slow):
 
 def labview(point=".", columns="One", segments=1, of=None):
     """File of LabVIEW; the header of each segment counts its samples from X0."""
-    head = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nMulti_Headings\tYes\n"
+    head = f"LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
     text = (
         f"{head}X_Columns\t{columns}\nDate\t2024/05/13\nTime\t10:11:12{point}5\n***End_of_Header***\t\n\t\n"
     )
@@ -114,7 +114,7 @@ def labview(point=".", columns="One", segments=1, of=None):
     for k in range(segments):
         part = slice(k * count, (k + 1) * count)
         first = repr(float(TIME[part][0])).replace(".", point)
-        text += f"Channels\t4\nSamples{4 * f'{chr(9)}{count}'}\nY_Unit_Label\tV\tmm\tbar\tbar\t\n"
+        text += f"Channels\t4\t\t\t\nSamples{4 * f'{chr(9)}{count}'}\nY_Unit_Label\tV\tmm\tbar\tbar\t\n"
         text += f"X_Dimension{4 * f'{chr(9)}Time'}\nX0{4 * f'{chr(9)}{first}'}\n"
         step = [of(name)[0][1] if of else PERIOD for name in UNITS]
         text += (
@@ -134,7 +134,8 @@ def labview(point=".", columns="One", segments=1, of=None):
 
 def labview_pairs():
     text = (
-        labview(columns="Multi").split("Channels")[0] + "Channels\t4\nY_Unit_Label\tV\t\tmm\t\tbar\t\tbar\n"
+        labview(columns="Multi").split("Channels")[0]
+        + "Channels\t4\t\t\t\t\t\t\t\nY_Unit_Label\tV\t\tmm\t\tbar\t\tbar\t\n"
     )
     columns = [column for name in UNITS for column in slow(name)]
     return (
