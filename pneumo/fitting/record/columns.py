@@ -14,7 +14,7 @@ from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel
 from pneumo.fitting.record.units import PLAIN, QUANTITIES, Reading, Surroundings, is_unit, plain_unit, reading
 
-NAME = r"t|u|x|v|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
+NAME = r"t|u|x|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
 HEADER = re.compile(
     rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ](?P<suffix>[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?))?\s*"
 )
@@ -22,7 +22,7 @@ SIGN_BEHIND = re.compile(rf"\s*(?P<name>{NAME})[_ ]+(?P<unit>[^\w\s].*)")  # T_Â
 IN_BRACKETS = re.compile(r"(.+?)\s*[\[(](.+)[\])]")
 FOREIGN_SIGN = re.compile(r"(.+?)[_ ]+([^\w\s]\S*)")
 PATH = re.compile(r"[^\[(]*[/.|]")  # of a signal in a tree of names
-OPTIONAL = re.compile(r"(P_s|T|v)(?![A-Za-z])")  # how a misspelt name of one may begin
+OPTIONAL = re.compile(r"(P_s|T)(?![A-Za-z])")  # how a misspelt name of one may begin
 MOST_NAMED = 4  # columns that a note names
 UNNAMED = "?"  # for a column that nobody can guess
 LIKELY = {"t": "s", "u": "V", "x": "mm", **dict.fromkeys(("P_A", "P_B"), "bar")}
@@ -60,7 +60,7 @@ class Column(BaseModel):
         )
 
 
-Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
+Quantity = Literal["t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
 MAPPING = TypeAdapter(dict[Quantity, Column])
 
 

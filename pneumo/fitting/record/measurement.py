@@ -14,17 +14,17 @@ from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel, Series, numbers, place, series
 from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_option, unused_note
 from pneumo.fitting.record.formats import given_channels, read_channels
-from pneumo.fitting.record.plausibility import UNEVEN, check_clock, check_signals, check_velocity, events
+from pneumo.fitting.record.plausibility import UNEVEN, check_clock, check_signals, events
 from pneumo.fitting.record.units import CHOICES, Surroundings
 
 SENSORS = ("x", "P_A", "P_B")
 FLOWS = ("m_A", "m_B")  # instead of u
-ORDER = ("u", *FLOWS, *SENSORS, "P_s", "v", "T")  # in which channels are listed
-OPTIONAL = ("P_s", "v", "T")
+ORDER = ("u", *FLOWS, *SENSORS, "P_s", "T")  # in which channels are listed
+OPTIONAL = ("P_s", "T")
 FEWEST_ROWS = 100
 MOST_MISSING = 0.01  # fraction of a signal's samples that may be interpolated
 SHOWN = {  # factor and unit in which a channel is shown
-    **{"u": (1.0, "V"), "x": (1e3, "mm"), "v": (1.0, "m/s"), "T": (1.0, "K")},
+    **{"u": (1.0, "V"), "x": (1e3, "mm"), "T": (1.0, "K")},
     **dict.fromkeys(("P_A", "P_B", "P_s"), (1e-5, "bar absolute")),
     **dict.fromkeys(FLOWS, (1e3, "g/s")),
 }
@@ -48,7 +48,6 @@ class Measurement(NamedTuple):
     u: np.ndarray  # V, command; zero where flows were measured instead
     x: np.ndarray  # m, position from mid-stroke
     P: np.ndarray  # Pa, absolute pressures of both chambers
-    v: np.ndarray | None = None  # m/s, velocity where it was measured
     T: float = np.nan  # K, mean temperature of the surroundings; NaN where it was not measured
     notes: tuple[str, ...] = ()  # unlikely values and changes, a sentence each
     m: np.ndarray | None = None  # kg/s, mass flows into both chambers, where they were measured
@@ -66,9 +65,8 @@ class Measurement(NamedTuple):
     def since(self, begin: float) -> "Measurement":
         """The rest of the measurement, from the time `begin` on, s."""
         first = int(np.searchsorted(self.t, begin))
-        v, P_s = (signal if signal is None else signal[first:] for signal in (self.v, self.P_s))
-        m = self.m if self.m is None else self.m[:, first:]
-        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], v=v, P_s=P_s, m=m)
+        m, P_s = (signal if signal is None else signal[..., first:] for signal in (self.m, self.P_s))
+        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], P_s=P_s, m=m)
 
 
 def read_series(
@@ -176,7 +174,6 @@ def read_measurement(
             continue
         values[quantity], changed = _on_grid(signal, grid, period)
         notes += [changed] if changed else []
-    notes += [] if closed else check_velocity(path, values, period)
     zero = np.zeros(len(grid[1]))
     lines, doubtful = list[str](), list[Event]()
     for quantity, signal in sorted(signals.items(), key=lambda item: ORDER.index(item[0])):
@@ -189,7 +186,6 @@ def read_measurement(
         u=values.get("u", zero),
         x=values["x"],
         P=np.array([values["P_A"], values["P_B"]]),
-        v=values.get("v"),
         T=float(np.mean(signals["T"].values)) if "T" in signals else np.nan,
         notes=tuple(notes),
         m=np.array([values[name] for name in FLOWS]) if measured_flow else None,
@@ -223,12 +219,9 @@ def _grid(
     path: Path, signals: Mapping[str, Series], closed: bool
 ) -> tuple[float, tuple[Fraction, np.ndarray], list[str]]:
     """Period, start and times of the grid, and notes: that of the fastest sensor, where all signals are."""
-    notes, checked = list[str](), list[np.ndarray]()
+    notes = list[str]()
     for quantity in (name for name in (*SENSORS, *ORDER) if name in signals and name != "T"):
         signal = signals[quantity]
-        if any(np.array_equal(signal.t, t) for t in checked):
-            continue
-        checked.append(signal.t)
         if len(signal.t) < 2:
             raise InputError(
                 f"{path}: column {quantity}: {len(signal.t)} samples: must be at least {FEWEST_ROWS}"

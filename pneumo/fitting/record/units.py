@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from pneumo.configuration.plausible_cylinders import ATMOSPHERE
 
-LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
+LENGTHS = {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
 TIMES = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
     **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e-3),
@@ -20,7 +20,7 @@ TIMES = {
     **dict.fromkeys(("h", "hr", "hour", "hours"), 3600.0),
 }
 PRESSURES = {
-    **{"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
+    **{"kPa": 1e3, "bar": 1e5, "Pa": 1.0, "MPa": 1e6, "mbar": 1e2, "hPa": 1e2, "psi": 6894.757293168361},
     **dict.fromkeys(("kgf/cm2", "kg/cm2", "kp/cm2"), 98066.5),
     **{"N/mm2": 1e6, "lbf/in2": 6894.757293168361, "inHg": 25.4 * 133.322387415},
     **{"atm": 101325.0, "Torr": 101325 / 760, "mmHg": 133.322387415},
@@ -40,12 +40,11 @@ VOLUMES = {
 }
 COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, slm, sccm, nlpm, scfm
 ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
-QUANTITIES = ("t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
+QUANTITIES = ("t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
 CHOICES = {  # written in messages, by quantity
     "t": "s, ms, us, ns, min, h",
     "u": "V, mV, %, mA 4..20, V 0..10, 0/1",
     "x": "m, cm, mm, um, in",
-    "v": "m/s, cm/s, mm/s, um/s, in/s",
     **dict.fromkeys(
         ("P_A", "P_B", "P_s"),
         "Pa, hPa, kPa, MPa, mbar, bar, psi, kgf/cm2, atm, mmHg, Torr, cmH2O, inH2O, for a gauge bar(g)",
@@ -132,7 +131,7 @@ def pressure_unit(text: str) -> tuple[str, str] | None:
 
 
 def _rate(unit: str, units: Mapping[str, float]) -> Reading | None:
-    """Reading of one of some units over a time, such as mm/s."""
+    """Reading of one of some units over a time, such as kg/h."""
     above, _, below = unit.rpartition("/")
     named, time = _named(above.strip(), units), _named(below.strip(), TIMES)
     return Reading(units[named] / TIMES[time], 0.0, f"{named}/{time}") if named and time else None
@@ -197,8 +196,6 @@ def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Readin
         found = Reading(TIMES[named], 0.0, named)
     elif quantity == "x" and (named := _named(unit, LENGTHS)):
         found = Reading(LENGTHS[named], 0.0, named)
-    elif quantity == "v":
-        found = _rate(unit, LENGTHS)
     elif quantity.startswith("P_") and (pressure := pressure_unit(unit)):
         zero = gauge_zero(around.P_atm) if pressure[1] == "gauge" else 0.0
         found = Reading(PRESSURES[pressure[0]], zero, f"{pressure[0]} {pressure[1] or 'absolute'}")
@@ -226,5 +223,5 @@ def is_unit(text: str) -> bool:
     unit = plain_unit(text)
     return bool(unit) and any(
         isinstance(found := reading(quantity, unit), Reading) or "of which reference" in found
-        for quantity in ("t", "u", "x", "v", "P_A", "m_A", "T")
+        for quantity in ("t", "u", "x", "P_A", "m_A", "T")
     )
