@@ -143,7 +143,8 @@ def seconds(path: Path, clock: Channel, unit: str) -> tuple[Fraction, np.ndarray
     first = values[np.argmin(absent)]
     unit_in_seconds = 1 / Fraction(round(1 / per_second)) if per_second < 1 else Fraction(per_second)
     start = (Fraction(int(first)) if values.dtype.kind == "i" else Fraction(float(first))) * unit_in_seconds
-    return start, np.where(absent, np.nan, (values - first).astype(float) * per_second)
+    with np.errstate(invalid="ignore"):  # of signalling NaN
+        return start, np.where(absent, np.nan, (values - first).astype(float) * per_second)
 
 
 def _stamps(text: "pd.Series", first: str) -> "pd.Series | None":

@@ -12,7 +12,16 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from pneumo.configuration.plain_yaml import parse_yaml, read_yaml
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel
-from pneumo.fitting.record.units import PLAIN, QUANTITIES, Reading, Surroundings, is_unit, plain_unit, reading
+from pneumo.fitting.record.units import (
+    ON_OFF,
+    PLAIN,
+    QUANTITIES,
+    Reading,
+    Surroundings,
+    is_unit,
+    plain_unit,
+    reading,
+)
 
 NAME = r"t|u|x|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
 HEADER = re.compile(
@@ -85,31 +94,31 @@ def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
 
     The last part of a path counts where no channel has the whole name. `InputError` if two name a quantity.
     """
-    columns: dict[str, Column] = {}
     clocks = {channel.clock.name for channel in channels if channel.clock is not None}
-    for of_path, readable in ((False, True), (True, True), (False, False)):
-        before = dict(columns)
-        spelled = [_name_and_unit(PATH.sub("", c.name) if of_path else c.name) for c in channels]
-        times = [c.name for c, (quantity, _) in zip(channels, spelled, strict=True) if quantity == "t"]
-        plain_t = any(name.strip().startswith("t") for name in times)
-        for channel, (quantity, unit) in zip(channels, spelled, strict=True):
+    found = dict[str, tuple[int, list[Column]]]()
+    for channel in channels:
+        for of_path, name in enumerate((channel.name, PATH.sub("", channel.name))):
+            quantity, unit = _name_and_unit(name)
+            if not quantity or (quantity == "t" and channel.name in clocks):
+                continue
             if channel.unit and unit and not is_unit(unit):
                 continue  # T_low
             unit = channel.unit or unit
             if quantity == "u" and not unit and _is_on_off(channel):
-                unit = "0/1"
-            known = not unit or is_unit(unit) or bool(channel.unit)
-            if not quantity or quantity in before or known != readable:
-                continue
-            if quantity == "t" and (
-                channel.name in clocks or (plain_t and not channel.name.strip().startswith("t"))
-            ):
-                continue
-            if quantity in columns:
-                both = f"{printable(columns[quantity].column, 30)!r} and {printable(channel.name, 30)!r}"
-                raise InputError(f"columns {both}: both are {quantity}")
-            columns[quantity] = Column(column=channel.name, unit=plain_unit(unit))
-    return columns
+                unit = ON_OFF
+            rank = of_path if not unit or channel.unit or is_unit(unit) else 2
+            if quantity == "t" and not name.strip().startswith("t"):
+                rank += 3  # Time, beside t
+            column = Column(column=channel.name, unit=plain_unit(unit))
+            best, columns = found.get(quantity, (rank, []))
+            if rank <= best:
+                found[quantity] = (rank, [*columns, column] if rank == best else [column])
+            break
+    for quantity, (_, columns) in found.items():
+        if len(columns) > 1:
+            both = " and ".join(repr(printable(column.column, 30)) for column in columns[:2])
+            raise InputError(f"columns {both}: both are {quantity}")
+    return {quantity: columns[0] for quantity, (_, columns) in found.items()}
 
 
 def _is_on_off(channel: Channel) -> bool:

@@ -139,10 +139,11 @@ def _listed(value: Any) -> list[Any]:
 def _matlab(path: Path) -> list[Channel]:
     from scipy.io import loadmat
 
-    with path.open("rb") as file:
-        hdf5 = b"MATLAB 7.3" in file.read(128)
-    loaded = {} if hdf5 else loadmat(path, appendmat=False)
-    if hdf5 or "__function_workspace__" in loaded:
+    try:
+        loaded = loadmat(path, appendmat=False)
+    except NotImplementedError:  # version 7.3
+        loaded = {}
+    if not loaded or "__function_workspace__" in loaded:
         matio = _imported("matio", path, "MATLAB 7.3, tables and timetables", "or save vectors with '-v7'")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of objects that are no tables

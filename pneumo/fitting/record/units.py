@@ -44,7 +44,7 @@ QUANTITIES = ("t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
 CHOICES = {  # written in messages, by quantity
     "t": "s, ms, us, ns, min, h",
     "u": "V, mV, %, mA 4..20, V 0..10, 0/1",
-    "x": "m, cm, mm, um, in",
+    "x": "mm, cm, m, um, in",
     **dict.fromkeys(
         ("P_A", "P_B", "P_s"),
         "Pa, hPa, kPa, MPa, mbar, bar, psi, kgf/cm2, atm, mmHg, Torr, cmH2O, inH2O, for a gauge bar(g)",

@@ -9,6 +9,7 @@ PlotJuggler and ROS (what they export).
 import gzip
 import io
 import tempfile
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -207,16 +208,66 @@ def netcdf(of=slow, units="milliseconds since 2024-05-13"):
     return bytes(data.to_netcdf())
 
 
-def hdf5(matlab_73=False):
+def matio(variables, version):
+    """MATLAB file with what SciPy does not write: HDF5, and timetables."""
+    import matio
+
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # durations in s, as MATLAB has them
+        matio.save_to_mat(f"{folder}/a.mat", variables, version=version)
+        return Path(folder, "a.mat").read_bytes()
+
+
+def timetables(version, of=slow):
+    tables = {}
+    for k, names in enumerate((("u",), ("x", "P_A", "P_B"))):
+        time = pd.TimedeltaIndex(pd.to_timedelta(of(names[0])[0], unit="s"), name="Time")
+        tables[f"log{k}"] = pd.DataFrame({f"{n}_{UNITS[n]}": of(n)[1] for n in names}, index=time)
+    return matio(tables, version)
+
+
+def hdf5():
     import h5py
 
     def write(file):
-        with h5py.File(file, "w", userblock_size=512 if matlab_73 else 0) as h5:
+        with h5py.File(file, "w") as h5:
             for name, signal in vectors().items():
-                h5[name if matlab_73 else f"bench/{name}"] = np.asarray(signal)[None]
+                h5[f"bench/{name}"] = np.asarray(signal)[None]
 
-    content = in_memory(write)
-    return b"MATLAB 7.3 MAT-file".ljust(128) + content[128:] if matlab_73 else content
+    return in_memory(write)
+
+
+def bag(suffix, of=slow):
+    """Bag of ROS 1 or 2: numbers at the times of their logging, and later logged messages with stamps."""
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    first = suffix == ".bag"
+    types = get_typestore(Stores.ROS1_NOETIC if first else Stores.ROS2_HUMBLE)
+    fields = "".join(f"float64 {n}_{UNITS[n]}\n" for n in ("x", "P_A", "P_B"))
+    types.register(get_types_from_msg(f"std_msgs/Header header\n{fields}", "bench/msg/State"))
+    command, state = types.types["std_msgs/msg/Float64"], types.types["bench/msg/State"]
+    header, stamp = types.types["std_msgs/msg/Header"], types.types["builtin_interfaces/msg/Time"]
+    messages = [(t, "/u_V", command(data=u)) for t, u in zip(*of("u"), strict=True)]
+    for k, (t, *values) in enumerate(zip(TIME, *(truth()[n] for n in ("x", "P_A", "P_B")), strict=True)):
+        time = stamp(sec=STAMP, nanosec=round(1e9 * t))
+        of_state = header(frame_id="", stamp=time, **({"seq": k} if first else {}))
+        messages.append((t + 0.01, "/state", state(of_state, *values)))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"a{suffix}"
+        plugin = rosbag2.StoragePlugin.MCAP if suffix == ".mcap" else rosbag2.StoragePlugin.SQLITE3
+        write = types.serialize_ros1 if first else types.serialize_cdr
+        with (
+            rosbag1.Writer(file) if first else rosbag2.Writer(file, version=9, storage_plugin=plugin)
+        ) as writer:
+            topics = {
+                topic: writer.add_connection(topic, kind.__msgtype__, typestore=types)
+                for topic, kind in (("/u_V", command), ("/state", state))
+            }
+            for t, topic, message in messages:
+                logged = STAMP * 10**9 + round(1e9 * t)
+                writer.write(topics[topic], logged, bytes(write(message, message.__msgtype__)))
+        return (file if first else file / f"a{suffix}{suffix}").read_bytes()
 
 
 def tdms(of=slow):
@@ -296,7 +347,7 @@ COMMON = {  # one rate
     "ROS 2, sec and nanosec": ("a.csv", sec_nanosec),
     "MATLAB 4": ("a.mat", lambda: matlab(vectors(), format="4")),
     "MATLAB 7": ("a.mat", lambda: matlab(vectors(), do_compression=True)),
-    "MATLAB 7.3": ("a.mat", lambda: hdf5(True)),
+    "MATLAB 7.3": ("a.mat", lambda: matio(vectors(), "v7.3")),
     "MATLAB, To Workspace": ("a.mat", to_workspace),
     "MATLAB, dSPACE": ("a.mat", controldesk),
     "HDF5": ("a.h5", hdf5),
@@ -315,6 +366,12 @@ RATES = {  # the command more slowly
     "LabVIEW, pairs of columns": ("a.lvm", labview_pairs),
     "PlotJuggler": ("a.csv", plotjuggler),
     "MATLAB, time series": ("a.mat", time_series),
+    "MATLAB 7, timetables": ("a.mat", lambda: timetables("v7")),
+    "MATLAB 7.3, timetables": ("a.mat", lambda: timetables("v7.3")),
+    **{
+        f"ROS, {suffix}": (f"a{suffix}", lambda suffix=suffix: bag(suffix))
+        for suffix in (".mcap", ".db3", ".bag")
+    },
     "NetCDF": ("a.nc", netcdf),
     "TDMS": ("a.tdms", tdms),
     "MDF": ("a.mf4", mdf),
