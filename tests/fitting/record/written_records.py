@@ -1,9 +1,23 @@
 """One record in every format that is read, and in what a logger would write it.
 
-Files of libraries are written by them. Text layouts follow their public documentation: TwinCAT Scope
-(Beckhoff Infosys, TE13xx, "Export to csv"), Simulink's Data Inspector ("Import and Export File Format"),
-LabVIEW ("Specification for the LabVIEW Measurement File"), ControlDesk's CSV,
-PlotJuggler and ROS (what they export).
+| format | origin of the test file |
+| --- | --- |
+| CSV: commas, semicolons, tabs, ISO stamps, row of units; .gz | pandas (`to_csv`), header by hand |
+| CSV of TwinCAT Scope | written after Beckhoff Infosys, TE13xx, "Export to csv", and a file of case 08 |
+| CSV of Simulink's Data Inspector | written after MathWorks, "Import and Export File Format" |
+| CSV of ControlDesk, writetimetable | written after the documentation of dSPACE and MathWorks |
+| CSV of PlotJuggler, rostopic, ROS 2 | pandas, with their names and blanks |
+| LabVIEW .lvm | written after NI, "Specification for the LabVIEW Measurement File" |
+| MATLAB 4, 7: vectors and structs | SciPy (`savemat`); structs after MathWorks's and dSPACE's documentation |
+| MATLAB 7.3, timetables | mat-io |
+| NetCDF | xarray and netCDF4 |
+| HDF5 | h5py |
+| Parquet, Feather, Excel | pandas with PyArrow and openpyxl |
+| TDMS | npTDMS |
+| MDF 4 | asammdf |
+| MCAP, .db3, .bag | rosbags |
+
+No file was written by LabVIEW, MATLAB, ControlDesk, TwinCAT or ROS themselves.
 """
 
 import gzip
@@ -105,47 +119,29 @@ def inspector(of=slow):
     return head + ",Interp: linear,Interp: linear,Interp: linear,,Interp: zoh\n" + lines(columns, ",")
 
 
-def labview(point=".", columns="One", segments=1, of=None):
-    """File of LabVIEW; the header of each segment counts its samples from X0."""
-    head = f"LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
-    text = (
-        f"{head}X_Columns\t{columns}\nDate\t2024/05/13\nTime\t10:11:12{point}5\n***End_of_Header***\t\n\t\n"
-    )
-    count = ROWS // segments
-    for k in range(segments):
-        part = slice(k * count, (k + 1) * count)
-        first = repr(float(TIME[part][0])).replace(".", point)
-        text += f"Channels\t4\t\t\t\nSamples{4 * f'{chr(9)}{count}'}\nY_Unit_Label\tV\tmm\tbar\tbar\t\n"
-        text += f"X_Dimension{4 * f'{chr(9)}Time'}\nX0{4 * f'{chr(9)}{first}'}\n"
-        step = [of(name)[0][1] if of else PERIOD for name in UNITS]
-        text += (
-            "Delta_X\t"
-            + "\t".join(repr(float(s)).replace(".", point) for s in step)
-            + "\n***End_of_Header***\n"
+def labview(point=".", columns="One", segments=1, of=lambda name: (TIME, truth()[name])):
+    """File of LabVIEW with one column of times, none, or (Multi) one for each signal; in segments of rows."""
+    text = f"LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
+    text += f"X_Columns\t{columns}\nDate\t2024/05/13\n***End_of_Header***\t\n\t\n"
+    times = {"One": "u", "No": "", "Multi": UNITS}[columns]
+    gap = "\t\t" if columns == "Multi" else "\t"
+    for rows_of in np.split(np.arange(ROWS), segments):
+        parts = {n: [column[rows_of[0] : rows_of[-1] + 1] for column in of(n)] for n in UNITS}
+        first, step = (
+            [repr(float(f(parts[n][0]))) for n in UNITS] for f in (lambda t: t[0], lambda t: t[1] - t[0])
         )
-        text += "X_Value\tu\tx\tP_A\tP_B\tComment\n"
-        if of:
-            body = lines([of(name)[1] for name in UNITS], "\t", point)
-            text += "".join(f"\t{line}\n" for line in body.splitlines()) + "\n"
-        else:
-            time = None if columns == "No" else TIME
-            text += "".join(rows(time, sep="\t", decimal=point).splitlines(True)[part]) + "\n"
+        labels = {"Y_Unit_Label": UNITS.values(), "X0": first, "Delta_X": step}
+        text += f"Channels\t4{4 * gap}\n"
+        text += "".join(f"{key}\t{gap.join(v)}\t\n" for key, v in labels.items()).replace("0.", f"0{point}")
+        text += "***End_of_Header***\n"
+        names = [name for n in UNITS for name in ((["X_Value"] if n in times else []) + [n])]
+        text += ("" if times else "X_Value\t") + "\t".join([*names, "Comment"]) + "\n"
+        body = [column for n in UNITS for column in (parts[n] if n in times else parts[n][1:])]
+        text += (
+            "".join(f"{'' if times else chr(9)}{row}\n" for row in lines(body, "\t", point).splitlines())
+            + "\n"
+        )
     return text
-
-
-def labview_pairs():
-    text = (
-        labview(columns="Multi").split("Channels")[0]
-        + "Channels\t4\t\t\t\t\t\t\t\nY_Unit_Label\tV\t\tmm\t\tbar\t\tbar\t\n"
-    )
-    columns = [column for name in UNITS for column in slow(name)]
-    return (
-        text
-        + "***End_of_Header***\n"
-        + "\t".join(f"X_Value\t{n}" for n in UNITS)
-        + "\n"
-        + lines(columns, "\t")
-    )
 
 
 def plotjuggler():
@@ -341,8 +337,7 @@ COMMON = {  # one rate
     ),
     "TwinCAT Scope": ("a.csv", scope),
     "LabVIEW with a column of time": ("a.lvm", labview),
-    "LabVIEW without, commas": ("a.lvm", lambda: labview(",", "No")),
-    "LabVIEW in segments": ("a.lvm", lambda: labview(segments=4)),
+    "LabVIEW without, commas, in segments": ("a.lvm", lambda: labview(",", "No", segments=4)),
     "rostopic": ("a.csv", rostopic),
     "ROS 2, sec and nanosec": ("a.csv", sec_nanosec),
     "MATLAB 4": ("a.mat", lambda: matlab(vectors(), format="4")),
@@ -363,7 +358,7 @@ RATES = {  # the command more slowly
     "TwinCAT Scope": ("a.csv", lambda: scope(slow)),
     "Data Inspector": ("a.csv", inspector),
     "LabVIEW, two increments": ("a.lvm", lambda: labview(columns="No", of=slow)),
-    "LabVIEW, pairs of columns": ("a.lvm", labview_pairs),
+    "LabVIEW, pairs of columns": ("a.lvm", lambda: labview(columns="Multi", of=slow)),
     "PlotJuggler": ("a.csv", plotjuggler),
     "MATLAB, time series": ("a.mat", time_series),
     "MATLAB 7, timetables": ("a.mat", lambda: timetables("v7")),
@@ -378,7 +373,8 @@ RATES = {  # the command more slowly
 }
 LIBRARIES = {
     **{".parquet": "pyarrow", ".feather": "pyarrow", ".xlsx": "openpyxl", ".h5": "h5py"},
-    **{".tdms": "nptdms", ".mf4": "asammdf"},
+    **{".tdms": "nptdms", ".mf4": "asammdf", ".lvm": "lvm_read", ".mat": "matio"},
+    **dict.fromkeys((".mcap", ".db3", ".bag"), "rosbags"),
 }
 
 
