@@ -52,8 +52,9 @@ class Series(NamedTuple):
 
     @property
     def period(self) -> float:
-        """Usual time between samples, s."""
-        return float(np.median(np.diff(self.t))) if len(self.t) > 1 else 0.0
+        """Usual time between samples, s; over two of them, as they may be early and late in turn."""
+        count = min(2, len(self.t) - 1)
+        return float(np.median(self.t[count:] - self.t[:-count])) / count if count else 0.0
 
 
 def limit(path: Path, number: int, most: int, things: str) -> None:
@@ -158,7 +159,8 @@ def _stamps(text: "pd.Series", first: str) -> "pd.Series | None":
         parts = text.str.extract(f"^{DATED}$")
         of_day = pd.to_timedelta(parts["time"].str.replace(",", "."), errors="coerce")
         hours = pd.to_numeric(parts["time"].str.partition(":")[0], errors="coerce")
-        half = parts["half"].str.upper().map({"AM": 0, "PM": 12}) - 12 * (hours == 12)
+        noon = np.where(hours == 12, 12, 0)
+        half = parts["half"].str.upper().map({"AM": 0, "PM": 12}) - noon
         of_day += pd.to_timedelta(half.fillna(0), unit="h")
         # Day or month first: as all the stamps allow, else so that they are close together.
         names = (["day", "month", "year"], ["month", "day", "year"])

@@ -309,7 +309,7 @@ def _bag(path: Path) -> list[Channel]:
     ]
 
 
-def _numbers_of(name: str, value: Any) -> Iterator[tuple[str, float]]:
+def _numbers_of(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """Names and values of the numbers in a message; those of arrays are counted from 1."""
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):

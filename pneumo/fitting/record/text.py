@@ -204,7 +204,7 @@ def _columns(path: Path, content: bytes, table: _Table, count: int, encoding: st
         low_memory=False,
     )
     limit(path, len(frame), MOST_ROWS, "rows or more")
-    return [_plain(frame[k], table.decimal) for k in frame.columns[:count]]
+    return [_plain(frame.iloc[:, k], table.decimal) for k in range(min(count, frame.shape[1]))]
 
 
 def _plain(column: "pd.Series", decimal: str) -> np.ndarray:
