@@ -17,7 +17,7 @@ from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 
 
-RECORD = f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}"
+RECORD = f"record with t, u, x, P_A, P_B, optionally T, P_s: {READ_FORMATS}"
 Record = Annotated[Path, Argument(help=RECORD)]
 Columns = Annotated[
     str | None,
