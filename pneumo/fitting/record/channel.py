@@ -43,8 +43,8 @@ class Series(NamedTuple):
 
     quantity: str
     channel: Channel
-    start: Fraction  # s, time of the first sample by the file's clock
-    t: np.ndarray  # s, since then
+    start: Fraction  # s, time 0 by the file's clock
+    t: np.ndarray  # s, from the first sample of any signal
     values: np.ndarray  # SI units
     rows: np.ndarray  # number of each sample among those of the channel
     text: str  # unit that it was read in

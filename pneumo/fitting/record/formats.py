@@ -193,14 +193,11 @@ def _imported(package: str, path: Path, kind: str, otherwise: str) -> Any:
         raise InputError(f"{path}: {kind} files are not read without a library: {remedy}") from None
 
 
-def _parquet(path: Path) -> list[Channel]:
-    parquet = _imported("pyarrow.parquet", path, "Parquet", "or export CSV")
-    return given_channels(parquet.read_table(path).to_pandas())
+def _arrow(path: Path) -> list[Channel]:
+    import pandas as pd
 
-
-def _feather(path: Path) -> list[Channel]:
-    feather = _imported("pyarrow.feather", path, "Feather", "or export CSV")
-    return given_channels(feather.read_table(path).to_pandas())
+    _imported("pyarrow", path, "Parquet and Feather", "or export CSV")
+    return given_channels((pd.read_feather if path.suffix.lower() == ".feather" else pd.read_parquet)(path))
 
 
 def _excel(path: Path) -> list[Channel]:
@@ -228,11 +225,11 @@ def _tdms(path: Path) -> list[Channel]:
             for source, channel in zip(group, own, strict=True):
                 properties = source.properties
                 clock = next((t for t in times if len(t.values) == len(channel.values)), None)
-                if step := float(properties.get("wf_increment", 0.0)):
-                    begin = float(properties.get("wf_start_offset", 0.0))
-                    if isinstance(start := properties.get("wf_start_time"), np.datetime64):
-                        begin += (start - first) / np.timedelta64(1, "s")
-                    clock = Channel("Time", begin + step * np.arange(len(channel.values)), "s")
+                if properties.get("wf_increment"):
+                    start = properties.get("wf_start_time")
+                    known = isinstance(start, np.datetime64)
+                    begin = (start - first) / np.timedelta64(1, "s") if known else 0.0
+                    clock = Channel("Time", begin + source.time_track(), "s")
                 taken = channel.name in [other.name for other in made]
                 name = f"{source.group_name}/{channel.name}" if taken else channel.name
                 made.append(channel._replace(name=name, clock=clock))
@@ -362,8 +359,7 @@ FORMATS = (
     ),
     Format((".nc",), "NetCDF", _netcdf, "one-dimensional variables with the attribute units; times as in CF"),
     Format((".h5", ".hdf5"), "HDF5", _hdf5, f"vectors in any group; {EXTRA}"),
-    Format((".parquet",), "Parquet", _parquet, EXTRA),
-    Format((".feather",), "Feather", _feather, EXTRA),
+    Format((".parquet", ".feather"), "Parquet, Feather", _arrow, EXTRA),
     Format((".xlsx",), "Excel", _excel, f"the first sheet; {EXTRA}"),
     Format((".tdms",), "TDMS", _tdms, f"waveforms of any rates; {EXTRA}"),
     Format((".mdf", ".mf4", ".dat"), "MDF", _mdf, f"groups of any rates; {EXTRA}"),

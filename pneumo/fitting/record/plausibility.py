@@ -89,11 +89,11 @@ def events(signal: Series, plant: Plant) -> list[tuple[str, float, float]]:
         found += [("dropout", float(t[k]), float(t[k + 1])) for k in np.flatnonzero(steps > 1.5)]
         uneven = np.abs(steps - 1)
         if np.mean((uneven > JITTER) & (uneven < 0.5)) > OFTEN:
-            found.append(("jitter", 0.0, float(t[-1])))
+            found.append(("jitter", float(t[0]), float(t[-1])))
         unchanged = np.diff(np.flatnonzero(np.diff(signal.values)))
         usual = int(np.median(unchanged)) if len(unchanged) > 20 else 1
         if usual > 1 and np.mean(unchanged % usual == 0) > 0.8:
-            found.append(("held", 0.0, float(t[-1])))
+            found.append(("held", float(t[0]), float(t[-1])))
     edges = np.flatnonzero(np.diff(_saturated(signal, plant), prepend=False, append=False))
     found += [
         ("saturated", float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)
@@ -154,7 +154,7 @@ def check_signals(
             f"{path}: column u: {low:.4g} to {high:.4g} V, of one sign, while the piston moves both ways:"
             " must be negative where chamber B is filled; if the valve is shut at, say,"
             f" {middle} V, write its unit with the ends of its range, as `V 0..10`, or give the column an"
-            f" `offset: -{middle}` in the file of --columns"
+            f" `offset: -{middle}` in --columns"
         )
     if "T" in values:
         mean = f"column T: {np.mean(values['T']):.4g} K on average"

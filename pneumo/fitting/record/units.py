@@ -38,6 +38,7 @@ VOLUMES = {
     "m3": 1.0,
     "ft3": 0.3048**3,
 }
+VOLTAGES = {"V": 1.0, "mV": 1e-3, **dict.fromkeys(("volt", "volts", "VDC"), 1.0)}
 COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, slm, sccm, nlpm, scfm
 ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
 QUANTITIES = ("t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
@@ -118,16 +119,16 @@ def _named(unit: str, units: Iterable[str]) -> str:
     return alike[0] if len(alike) == 1 and unit != "mPa" else ""
 
 
-def pressure_unit(text: str) -> tuple[str, str] | None:
-    """Unit of a pressure and "gauge", "absolute" or "": ("bar", "gauge") for `bar rel`; None if unknown."""
-    unit = plain_unit(text)
-    if named := _named(unit, PRESSURES):
-        return named, ""
-    match = MARKED.fullmatch(unit)
-    named = _named(match["unit"].strip(), PRESSURES) if match else ""
-    if not match or not named or match["mark"].lower().startswith("d"):
+def _pressure(unit: str, P_atm: float) -> Reading | None:
+    """Reading of a pressure, absolute without a mark, gauge for `bar rel`."""
+    marked = None if _named(unit, PRESSURES) else MARKED.fullmatch(unit)
+    named = _named(marked["unit"].strip() if marked else unit, PRESSURES)
+    mark = marked["mark"].lower() if marked else "a"
+    if not named or mark.startswith("d"):
         return None
-    return named, "absolute" if match["mark"].lower().startswith("a") else "gauge"
+    absolute = mark.startswith("a")
+    offset, kind = (0.0, "absolute") if absolute else (gauge_zero(P_atm), "gauge")
+    return Reading(PRESSURES[named], offset, f"{named} {kind}")
 
 
 def _rate(unit: str, units: Mapping[str, float]) -> Reading | None:
@@ -138,9 +139,8 @@ def _rate(unit: str, units: Mapping[str, float]) -> Reading | None:
 
 
 def _command(unit: str, u_max: float) -> Reading | None:
-    for name, factor in (("V", 1.0), ("mV", 1e-3)):
-        if unit == name or (name == "V" and unit.lower() in ("volt", "volts", "vdc")):
-            return Reading(factor, 0.0, name)
+    if named := _named(unit, VOLTAGES):
+        return Reading(VOLTAGES[named], 0.0, named)
     unit = re.sub(r"(?:±|\+/-)\s*(\d+)", r"-\1..\1", unit)
     if FULL_SCALE.fullmatch(unit):
         return Reading(u_max / 100, 0.0, f"% of {u_max:g} V")
@@ -192,13 +192,11 @@ def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Readin
     """How numbers of a quantity in a unit are read; else one line on what to write instead."""
     unit = plain_unit(text)
     found: Reading | str | None = None
-    if quantity == "t" and (named := _named(unit, TIMES)):
-        found = Reading(TIMES[named], 0.0, named)
-    elif quantity == "x" and (named := _named(unit, LENGTHS)):
-        found = Reading(LENGTHS[named], 0.0, named)
-    elif quantity.startswith("P_") and (pressure := pressure_unit(unit)):
-        zero = gauge_zero(around.P_atm) if pressure[1] == "gauge" else 0.0
-        found = Reading(PRESSURES[pressure[0]], zero, f"{pressure[0]} {pressure[1] or 'absolute'}")
+    table = {"t": TIMES, "x": LENGTHS}.get(quantity, {})
+    if named := _named(unit, table):
+        found = Reading(table[named], 0.0, named)
+    elif quantity.startswith("P_"):
+        found = _pressure(unit, around.P_atm)
     elif quantity == "T" and (named := _named(unit, TEMPERATURES)):
         found = Reading(*TEMPERATURES[named], named)
     elif quantity.startswith("m_"):
@@ -212,9 +210,7 @@ def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Readin
     if quantity.startswith("P_") and MARKED.fullmatch(unit) and unit.lower().endswith(("d", "diff)", "diff")):
         hint = "; a differential pressure is none of them: against the atmosphere it is bar(g)"
     elif unit in ("mA", "V", "mV", "%", "counts"):
-        hint = (
-            "; of a converter, give the unit it measures, and `scale` and `offset`, in a file for --columns"
-        )
+        hint = "; of a converter, give the unit it measures, and `scale` and `offset`, in --columns"
     return f"{problem}; the units are {CHOICES[quantity]}{hint}"
 
 

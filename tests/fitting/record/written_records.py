@@ -5,7 +5,7 @@
 | CSV: commas, semicolons, tabs, ISO stamps, row of units; .gz | pandas (`to_csv`), header by hand |
 | CSV of TwinCAT Scope | written after Beckhoff Infosys, TE13xx, "Export to csv", and a file of case 08 |
 | CSV of Simulink's Data Inspector | written after MathWorks, "Import and Export File Format" |
-| CSV of ControlDesk, writetimetable | written after the documentation of dSPACE and MathWorks |
+| CSV of writetimetable (and of ControlDesk, in `test_plausibility`) | written after their documentation |
 | CSV of PlotJuggler, rostopic, ROS 2 | pandas, with their names and blanks |
 | LabVIEW .lvm | written after NI, "Specification for the LabVIEW Measurement File" |
 | MATLAB 4, 7: vectors and structs | SciPy (`savemat`); structs after MathWorks's and dSPACE's documentation |
@@ -163,14 +163,6 @@ def rostopic():
     return "%time," + ",".join(f"field.{name}_{unit}" for name, unit in UNITS.items()) + "\n" + rows(stamps)
 
 
-def grouped():
-    """Pressures in Pa with thousands separators, in quotes."""
-    table = frame().drop(columns=["P_A [bar]", "P_B [bar]"]).map(repr)
-    for name in ("P_A", "P_B"):
-        table[f"{name} [Pa]"] = [f"{value:,.9f}" for value in 1e5 * truth()[name]]
-    return table.to_csv(index=False)
-
-
 def matlab(variables, **options):
     return in_memory(lambda file: savemat(file, variables, **options))
 
@@ -316,18 +308,9 @@ COMMON = {  # one rate
         "a.csv",
         lambda: ("Prüfstand 3;22 °C\n" + named(";") + rows(MS, sep=";", decimal=",")).encode("latin-1"),
     ),
-    "decimal commas in quotes": ("a.csv", lambda: named(",") + rows(MS, decimal=",", quoting=1)),
-    "thousands separators": ("a.csv", grouped),
     "tabs below comments": ("a.txt", lambda: "# bench 3, 12 May\n#\n" + named("\t") + rows(MS, sep="\t")),
     "spaces, commented header with commas": ("a.exp", lambda: "#" + named(",", "{}({})") + rows(MS, sep=" ")),
     "row of units": ("a.csv", lambda: "Time;u;x;P_A;P_B\n[ms];[V];[mm];[bar a];[bara]\n" + rows(MS, sep=";")),
-    "ControlDesk's CSV": (
-        "a.csv",
-        lambda: (
-            'descriptions\nversion,1.5\nrecorder,"Recorder 1"\ntrace_names\n'
-            "Time,u,x,P_A,P_B\ns,V,mm,bar,bar\ntrace_values\n" + rows()
-        ),
-    ),
     "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(MS, sep="\t")).encode("utf-16")),
     "ISO stamps": ("a.csv", stamped),
     "time of day": ("a.csv", clock_times),
