@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -213,27 +214,25 @@ def table_channels(
     Where several columns have the same name of a time, each is the clock of those right of it. Columns of
     seconds and nanoseconds are one clock.
     """
-    made = list[Channel]()
-    for k, (name, values) in enumerate(columns):
-        unit = units[k] if k < len(units) else ""
-        rule = held[k] if k < len(held) else None
-        made.append(Channel(name, values, unit, None, rule, first_line))
+    given = zip_longest(columns, units, held)
+    made = [Channel(*c, u or "", None, rule, first_line) for c, u, rule in given if c is not None]
     names = [channel.name.strip().lower() for channel in made]
     times = [k for k, name in enumerate(names) if is_time(name)]
-    repeated = [k for k in times if names.count(names[k]) > 1]
-    result, clock, seen = list[Channel](), None, dict[str, int]()
-    parts = _sec_nanosec(made)
+    for k in times:
+        made[k] = made[k]._replace(unit=made[k].unit or time_unit)
+    result, (clock, parts) = list[Channel](), _sec_nanosec(made)
     for k, channel in enumerate(made):
-        if k in repeated:
-            clock = channel._replace(unit=channel.unit or time_unit)
-            continue
-        if k in parts[1]:
-            continue
-        seen[channel.name] = seen.get(channel.name, 0) + 1
-        name = f"{channel.name}.{k + 1}" if seen[channel.name] > 1 else channel.name
-        unit = channel.unit or (time_unit if k in times else "")
-        result.append(channel._replace(name=name, clock=clock or parts[0], unit=unit))
-    return result
+        if k in times and names.count(names[k]) > 1:
+            clock = channel
+        elif k not in parts:
+            result.append(channel._replace(clock=clock))
+    return distinct(result)
+
+
+def distinct(channels: Sequence[Channel]) -> list[Channel]:
+    """Channels with different names: a repeated one gets its number too."""
+    first = {channel.name: k for k, channel in reversed([*enumerate(channels)])}
+    return [c if first[c.name] == k else c._replace(name=f"{c.name}.{k + 1}") for k, c in enumerate(channels)]
 
 
 def _sec_nanosec(channels: Sequence[Channel]) -> tuple[Channel | None, tuple[int, ...]]:

@@ -35,13 +35,15 @@ OPTIONAL = re.compile(r"(P_s|T)(?![A-Za-z])")  # how a misspelt name of one may 
 MOST_NAMED = 4  # columns that a note names
 UNNAMED = "?"  # for a column that nobody can guess
 LIKELY = {"t": "s", "u": "V", "x": "mm", **dict.fromkeys(("P_A", "P_B"), "bar")}
-LIKELY |= dict.fromkeys(("m_A", "m_B"), "kg/s")
+LIKELY |= {"P_s": "bar", "T": "degC", **dict.fromkeys(("m_A", "m_B"), "kg/s")}
 GUESSES = {  # names of columns in other laboratories, in small letters and digits
     "t": re.compile(r"t|time|timestamp|zeit|temps|tempo"),
     "u": re.compile(r"[rfbi]?(u|u?(command|cmd|ventil|valve|stell\w*|spannung|voltage))"),
     "x": re.compile(r"[rf]?(x|s|(act)?pos(ition)?|weg|hub|lage|stroke|displacement)"),
     "P_A": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(a|1)"),
     "P_B": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(b|2)"),
+    "P_s": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(s|0|supply)"),
+    "T": re.compile(r"temp(eratur)?e?"),
     "m_A": re.compile(r"[rf]?(m|q|flow|massflow)(a|1)"),
     "m_B": re.compile(r"[rf]?(m|q|flow|massflow)(b|2)"),
 }
@@ -139,31 +141,22 @@ def clock_unit(clock: Channel, columns: Mapping[str, Column]) -> str:
 
 def proposed_option(channels: Sequence[Channel], known: Mapping[str, Column], needed: Iterable[str]) -> str:
     """The option ``--columns`` for a shell: columns guessed by their names, `UNNAMED` for the others."""
-    proposed = {
-        quantity: column.model_copy(update={"unit": _proposed_unit(column.unit, quantity)})
-        for quantity, column in known.items()
-    }
-    free = [channel for channel in channels if channel.name not in {c.column for c in known.values()}]
-    for quantity in (quantity for quantity in needed if quantity not in known):
+
+    def entry(quantity: str, name: str, unit: str) -> dict[str, str]:
+        readable = not unit or isinstance(reading(quantity, unit), Reading)
+        return {"column": name, "unit": (unit or LIKELY[quantity]) if readable else UNNAMED}
+
+    content = {quantity: entry(quantity, column.column, column.unit) for quantity, column in known.items()}
+    clocked = all(channel.clock is not None for channel in channels)
+    free = {c.name: c.unit for c in channels if c.name not in {column.column for column in known.values()}}
+    for quantity in (q for q in needed if q not in known and not (q == "t" and clocked)):
         guess = GUESSES[quantity]
         likely = (
-            c
-            for c in free
-            if guess.fullmatch(_foreign(c.name)[0]) or guess.fullmatch(_foreign(PATH.sub("", c.name))[0])
+            name for name in free for of in (name, PATH.sub("", name)) if guess.fullmatch(_foreign(of)[0])
         )
-        channel = next(likely, Channel(UNNAMED, []))  # type: ignore[arg-type]
-        free = [other for other in free if other.name != channel.name]
-        unit = plain_unit(channel.unit or _foreign(channel.name)[1])
-        proposed[quantity] = Column(column=channel.name, unit=_proposed_unit(unit, quantity))
-    content = {quantity: column.model_dump(exclude_defaults=True) for quantity, column in proposed.items()}
+        name = next(likely, UNNAMED)
+        content[quantity] = entry(quantity, name, plain_unit(free.pop(name, "") or _foreign(name)[1]))
     return f"--columns {shlex.quote(json.dumps(content, ensure_ascii=False))}"
-
-
-def _proposed_unit(unit: str, quantity: str) -> str:
-    """The unit itself if it is known, `UNNAMED` for another, and the likely one where there is none."""
-    if not unit:
-        return LIKELY.get(quantity, "")
-    return unit if isinstance(reading(quantity, unit), Reading) else UNNAMED
 
 
 def unused_note(channels: Sequence[Channel], columns: Mapping[str, Column]) -> list[str]:

@@ -14,7 +14,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pneumo.errors import InputError, printable
-from pneumo.fitting.record.channel import MOST_COLUMNS, MOST_ROWS, Channel, is_time, limit, table_channels
+from pneumo.fitting.record.channel import (
+    MOST_COLUMNS,
+    MOST_ROWS,
+    Channel,
+    distinct,
+    is_time,
+    limit,
+    table_channels,
+)
 from pneumo.fitting.record.reader_process import isolated
 from pneumo.fitting.record.text import read_text
 from pneumo.fitting.record.units import TIMES, plain_unit
@@ -72,9 +80,7 @@ def _nested(path: Path, content: dict[str, Any]) -> list[Channel]:
         raise InputError(
             f"{path}: holds no vectors of numbers: save each signal as a vector of its own, such as P_A_kPa"
         )
-    kept = [c for c in found if c.clock is not None or len(c.values) == longest]  # others are constants
-    names = [channel.name for channel in kept]
-    return [c._replace(name=f"{c.name}.{k + 1}") if c.name in names[:k] else c for k, c in enumerate(kept)]
+    return distinct([c for c in found if c.clock or len(c.values) == longest])  # others are constants
 
 
 def _members(name: str, value: Any, clock: Channel | None, unit: str = "") -> Iterator[Channel]:
@@ -230,10 +236,8 @@ def _tdms(path: Path) -> list[Channel]:
                     known = isinstance(start, np.datetime64)
                     begin = (start - first) / np.timedelta64(1, "s") if known else 0.0
                     clock = Channel("Time", begin + source.time_track(), "s")
-                taken = channel.name in [other.name for other in made]
-                name = f"{source.group_name}/{channel.name}" if taken else channel.name
-                made.append(channel._replace(name=name, clock=clock))
-    return made
+                made.append(channel._replace(clock=clock))
+    return distinct(made)
 
 
 def _mdf(path: Path) -> list[Channel]:
