@@ -292,21 +292,23 @@ def _bag(path: Path) -> list[Channel]:
     """Numbers in the messages of a bag, by topic, at the times in their headers, or else of their logging."""
     highlevel = _imported("rosbags.highlevel", path, "ROS", "or export CSV, as PlotJuggler does")
     typesys = importlib.import_module("rosbags.typesys")
-    topics = dict[str, dict[str, list[Any]]]()
+    topics = dict[str, tuple[list[int], list[int], dict[str, list[Any]]]]()
     with highlevel.AnyReader([path], default_typestore=typesys.get_typestore(typesys.Stores.LATEST)) as bag:
         limit(path, bag.message_count, MOST_ROWS, "messages")
         for connection, logged, content in bag.messages():
             message = bag.deserialize(content, connection.msgtype)
             stamp = getattr(getattr(message, "header", None), "stamp", None)
-            columns = topics.setdefault(connection.topic, {"t": []})
-            columns["t"].append(stamp.sec * 10**9 + stamp.nanosec if stamp and stamp.sec else logged)
+            stamps, times, columns = topics.setdefault(connection.topic, ([], [], {}))
+            stamps.append(stamp.sec * 10**9 + stamp.nanosec if stamp else 0)
+            times.append(logged)
             for name, number in _numbers_of("", message):
                 columns.setdefault(name, []).append(number)
     return [
-        Channel(topic + name, np.array(values), "", Channel("Time", np.array(columns["t"]), "ns"))
-        for topic, columns in topics.items()
+        Channel(topic + name, np.array(values), "", Channel("Time", np.array(clock), "ns"))
+        for topic, (stamps, times, columns) in topics.items()
+        for clock in [stamps if any(stamps) else times]
         for name, values in columns.items()
-        if name != "t" and len(values) == len(columns["t"])
+        if len(values) == len(clock)
     ]
 
 

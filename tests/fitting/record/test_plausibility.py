@@ -6,7 +6,6 @@ import pytest
 import written_records as written
 
 from pneumo.errors import InputError
-from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import read_measurement
 from pneumo.fitting.record.plausibility import above_supply
 from pneumo.fitting.record.text import read_text
@@ -169,19 +168,6 @@ def test_doubtful_parts_are_marked(tmp_path, frame, expected):
     assert events
     for found, wanted in zip(events[0][2:], expected[2:], strict=True):
         assert wanted is None or found == pytest.approx(wanted, abs=1e-9)
-
-
-def test_confused_columns_are_refused(tmp_path):
-    right = read(written.frame(), tmp_path)
-    check_columns(right, written.plant())
-    for confused, words in (
-        (right._replace(P=right.P[::-1]), "swapped"),
-        (right._replace(u=-right.u), "column u"),
-        (right._replace(x=-right.x), "column x"),
-        (right._replace(P=right.P - C.P_atm), "gauge"),
-    ):
-        with pytest.raises(InputError, match=words):
-            check_columns(confused, written.plant())
 
 
 def test_a_pressure_above_the_supply_is_noted_unless_it_is_short_or_the_measured_supply_is_higher(tmp_path):

@@ -96,24 +96,17 @@ def lines(columns, separator, decimal="."):
     return "".join(separator.join(row) + "\n" for row in zip(*cells, strict=True))
 
 
-def scope(of=lambda name: (TIME, truth()[name])):
-    labels = {
-        "Name": "{}",
-        "NetId": "5.1.2.3.1.1",
-        "Port": "851",
-        "SampleTime[ms]": "2",
-        "SymbolName": "MAIN.{}",
-    }
-    labels |= {"Data-Type": "ADST_REAL64", "Unit": "[{unit}]"}
+def scope():
     head = "Name\tScope\nFile\tbench.svd\n\n"
-    for label, text in labels.items():
-        head += "\t".join(f"{label}\t{text.format(n, unit=UNITS[n])}" for n in UNITS) + "\n"
-    columns = [column for name in UNITS for column in (1e3 * of(name)[0], of(name)[1])]
+    for label in ("Name {}", "NetId 5.1.2.3.1.1", "Port 851", "SymbolName MAIN.{}", "Unit [{unit}]"):
+        entries = [label.replace(" ", "\t").format(name, unit=unit) for name, unit in UNITS.items()]
+        head += "\t".join(entries) + "\n"
+    columns = [column for name in UNITS for column in (1e3 * slow(name)[0], slow(name)[1])]
     return head + "\n" + lines(columns, "\t", ",") + "EOF\n"
 
 
-def inspector(of=slow):
-    t, u = of("u")
+def inspector():
+    t, u = slow("u")
     columns = [TIME, *(truth()[n] for n in ("x", "P_A", "P_B")), t, u]
     head = "time,x,P_A,P_B,time,u\n,Unit: mm,Unit: bar,Unit: bar,,Unit: V\n"
     return head + ",Interp: linear,Interp: linear,Interp: linear,,Interp: zoh\n" + lines(columns, ",")
@@ -181,18 +174,21 @@ def controldesk():
     return matlab({"rec1_001": {"X": {"Name": "", "Data": TIME}, "Y": Y, "Description": {"General": {}}}})
 
 
-def time_series(of=slow):
+def time_series():
     return matlab(
-        {n: {"Name": n, "Time": of(n)[0], "Data": of(n)[1], "DataInfo": {"Units": UNITS[n]}} for n in UNITS}
+        {
+            n: {"Name": n, "Time": slow(n)[0], "Data": slow(n)[1], "DataInfo": {"Units": UNITS[n]}}
+            for n in UNITS
+        }
     )
 
 
-def netcdf(of=slow, units="milliseconds since 2024-05-13"):
+def netcdf():
     data = xr.Dataset()
     for n in UNITS:
         dim = "time_u" if n == "u" else "time"
-        data[n] = (dim, of(n)[1], {"units": UNITS[n]})
-        data[dim] = (dim, 1e3 * of(n)[0], {"units": units})
+        data[n] = (dim, slow(n)[1], {"units": UNITS[n]})
+        data[dim] = (dim, 1e3 * slow(n)[0], {"units": "milliseconds since 2024-05-13"})
     return bytes(data.to_netcdf())
 
 
@@ -206,11 +202,11 @@ def matio(variables, version):
         return Path(folder, "a.mat").read_bytes()
 
 
-def timetables(version, of=slow):
+def timetables(version):
     tables = {}
     for k, names in enumerate((("u",), ("x", "P_A", "P_B"))):
-        time = pd.TimedeltaIndex(pd.to_timedelta(of(names[0])[0], unit="s"), name="Time")
-        tables[f"log{k}"] = pd.DataFrame({f"{n}_{UNITS[n]}": of(n)[1] for n in names}, index=time)
+        time = pd.TimedeltaIndex(pd.to_timedelta(slow(names[0])[0], unit="s"), name="Time")
+        tables[f"log{k}"] = pd.DataFrame({f"{n}_{UNITS[n]}": slow(n)[1] for n in names}, index=time)
     return matio(tables, version)
 
 
@@ -225,7 +221,7 @@ def hdf5():
     return in_memory(write)
 
 
-def bag(suffix, of=slow):
+def bag(suffix):
     """Bag of ROS 1 or 2: numbers at the times of their logging, and later logged messages with stamps."""
     from rosbags import rosbag1, rosbag2
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -236,7 +232,7 @@ def bag(suffix, of=slow):
     types.register(get_types_from_msg(f"std_msgs/Header header\n{fields}", "bench/msg/State"))
     command, state = types.types["std_msgs/msg/Float64"], types.types["bench/msg/State"]
     header, stamp = types.types["std_msgs/msg/Header"], types.types["builtin_interfaces/msg/Time"]
-    messages = [(t, "/u_V", command(data=u)) for t, u in zip(*of("u"), strict=True)]
+    messages = [(t, "/u_V", command(data=u)) for t, u in zip(*slow("u"), strict=True)]
     for k, (t, *values) in enumerate(zip(TIME, *(truth()[n] for n in ("x", "P_A", "P_B")), strict=True)):
         time = stamp(sec=STAMP, nanosec=round(1e9 * t))
         of_state = header(frame_id="", stamp=time, **({"seq": k} if first else {}))
@@ -258,12 +254,12 @@ def bag(suffix, of=slow):
         return (file if first else file / f"a{suffix}{suffix}").read_bytes()
 
 
-def tdms(of=slow):
+def tdms():
     import nptdms
 
     channels = []
     for n in UNITS:
-        t, values = of(n)
+        t, values = slow(n)
         start = np.datetime64("2024-05-13T10:00:00") if n == "u" else np.datetime64("2024-05-13T09:59:59.900")
         wave = {
             "wf_increment": float(t[1]),
@@ -281,12 +277,12 @@ def tdms(of=slow):
     return in_memory(write)
 
 
-def mdf(of=slow):
+def mdf():
     import asammdf
 
     with tempfile.TemporaryDirectory() as folder, asammdf.MDF(version="4.10") as file:
         for names in (("u",), ("x", "P_A", "P_B")):
-            file.append([asammdf.Signal(of(n)[1], of(n)[0] + 3.0, name=n, unit=UNITS[n]) for n in names])
+            file.append([asammdf.Signal(slow(n)[1], slow(n)[0] + 3.0, name=n, unit=UNITS[n]) for n in names])
         return file.save(Path(folder) / "a.mf4", overwrite=True).read_bytes()
 
 
@@ -318,7 +314,6 @@ COMMON = {  # one rate
         "a.csv",
         lambda: named(",", time="Time") + rows([f"{t!r} sec" for t in TIME.tolist()]),
     ),
-    "TwinCAT Scope": ("a.csv", scope),
     "LabVIEW with a column of time": ("a.lvm", labview),
     "LabVIEW without, commas, in segments": ("a.lvm", lambda: labview(",", "No", segments=4)),
     "rostopic": ("a.csv", rostopic),
@@ -338,7 +333,7 @@ COMMON = {  # one rate
     "Excel": ("a.xlsx", lambda: in_memory(lambda f: frame().to_excel(f, index=False, engine="openpyxl"))),
 }
 RATES = {  # the command more slowly
-    "TwinCAT Scope": ("a.csv", lambda: scope(slow)),
+    "TwinCAT Scope": ("a.csv", scope),
     "Data Inspector": ("a.csv", inspector),
     "LabVIEW, two increments": ("a.lvm", lambda: labview(columns="No", of=slow)),
     "LabVIEW, pairs of columns": ("a.lvm", lambda: labview(columns="Multi", of=slow)),
