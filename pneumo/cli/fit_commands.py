@@ -16,11 +16,14 @@ from pneumo.fitting.record.formats import FORMATS
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 
 
-RECORD = f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}"
+RECORD = f"record with t, u, x, P_A, P_B, optionally T, P_s: {READ_FORMATS}"
 Record = Annotated[Path, Argument(help=RECORD)]
 Columns = Annotated[
-    Path | None,
-    Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: kPa}` ..."),
+    str | None,
+    Option(
+        metavar="YAML",
+        help="columns' names and units, `{P_A: {column: name, unit: kPa}, ...}`, or a YAML file of them",
+    ),
 ]
 Origin = Annotated[Literal["mid", "end"], Option(help="where x is zero: in mid-stroke or at chamber A's end")]
 

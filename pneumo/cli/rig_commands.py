@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 from typer import Argument, Option
 
+from pneumo.cli.fit_commands import Columns
 from pneumo.cli.options import as_spelt, output_to
 
 
@@ -13,10 +14,7 @@ def rig(
     context: typer.Context,
     file: Annotated[Path, Argument(help="YAML file of the rig: numbers, or [low, high] of what is fitted")],
     record: Annotated[Path, Argument(help="record with t and P_A, for a chamber also x and u; optionally T")],
-    columns: Annotated[
-        Path | None,
-        Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: bar(g)}` ..."),
-    ] = None,
+    columns: Columns = None,
     command: Annotated[
         Literal["column", "edges"], Option(help="the valve's command: column u, or the pressure's own edges")
     ] = "column",

@@ -219,7 +219,6 @@ def _signals(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict
         raise InputError(f"{path}: no column {name} with at least {SHORTEST} numbers")
     around = Surroundings(P_atm=rig.ends["P_surroundings"][0], R=rig.gas.R)
     measured = read_series(path, channels, columns, around)
-    first = min(signal.start for signal in measured.values())
     found = dict[str, Points]()
     for name, signal in measured.items():
         if name in ("P_A", "P_B") and not pressure and signal.values.min() <= 0:
@@ -227,7 +226,7 @@ def _signals(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict
             raise InputError(f"{path}: column {lowest}: must be positive; a gauge's unit is written bar(g)")
         if (np.diff(signal.t) <= 0).any():
             raise InputError(f"{path}: t: must be numbers that increase from row to row")
-        begin = float(signal.start - (0 if pressure else first))
+        begin = float(signal.start) if pressure else 0.0
         found[name] = Points(signal.t + begin, signal.values)
     if len(found["P_A"].t) < SHORTEST:
         raise InputError(f"{path}: no column P_A with at least {SHORTEST} numbers")

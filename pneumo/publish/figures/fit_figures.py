@@ -12,7 +12,7 @@ from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, PALE, axis_label,
 from pneumo.publish.text.formatting import KILO
 
 MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
-EVENT_COLORS = {"saturated": "#c0392b", "dropout": "#e67e22", "jitter": "#f1c40f", "held": "#95a5a6"}
+EVENT_COLORS = {"jitter": "#f1c40f", "held": "#95a5a6", "saturated": "#c0392b", "dropout": "#e67e22"}
 FEW_SAMPLES = 200  # fewer are drawn as points
 LONGEST_LAG = 0.2  # s, of an autocorrelation
 
@@ -21,7 +21,7 @@ LONGEST_LAG = 0.2  # s, of an autocorrelation
 def record_figure(record: Measurement) -> Figure:
     """Signals of a record as the fit reads them: command or flows, position and pressures.
 
-    Parts of a signal that are doubtful are shaded.
+    Parts of a signal that are doubtful are shaded; of a whole signal a strip is.
     """
     fig = new_figure(DOUBLE_MM, 110)
     panels = fig.subplots(3, 1, sharex=True, height_ratios=[1, 1, 2])
@@ -45,9 +45,12 @@ def record_figure(record: Measurement) -> Figure:
     for event in record.events:
         begin, end = event.begin - record.period, event.end + record.period
         ax = panels[of_panel.get(event.quantity, 2)]
-        labels = ax.get_legend_handles_labels()[1]
-        label = "_" if event.kind in labels else event.kind
-        ax.axvspan(begin, end, color=EVENT_COLORS[event.kind], alpha=0.3, lw=0, zorder=0, label=label)
+        label = f"${event.quantity}$ {event.kind}"
+        label = "_" if label in ax.get_legend_handles_labels()[1] else label
+        low = 0.04 * [*EVENT_COLORS].index(event.kind)
+        low, high = (low, low + 0.04) if event.kind in ("jitter", "held") else (0.0, 1.0)
+        color = EVENT_COLORS[event.kind]
+        ax.axvspan(begin, end, low, high, color=color, alpha=0.4, lw=0, zorder=0, label=label)
     for ax in panels[:2]:
         if ax.get_legend_handles_labels()[1]:
             ax.legend(loc="upper right", ncols=4)
