@@ -37,6 +37,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
+import pneumo
 from benchmarks.bench_rig import P_ATM, U_MAX, Rig, bench_record, drawn_rig, purpose_rig
 from benchmarks.disturbances import DISTURBANCES, Columns, scaled
 from benchmarks.fit_counts import ROOT, Outcome, for_the_page, kept, summary, write
@@ -44,9 +45,6 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy, load, study
 from pneumo.errors import InputError
 from pneumo.fitting.fit_result import FitResult
-from pneumo.fitting.measurement_fit import fit_measurement
-from pneumo.fitting.mistaken_columns import check_columns
-from pneumo.fitting.record.measurement import read_measurement
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 
@@ -141,18 +139,17 @@ def fitted(case: Case, models: Sequence[str]) -> tuple[FitResult, Plant]:
     """Fit of a case, as `pneumo fit` makes it, and the configured plant; `InputError` if it is refused."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        plant = believed_plant(case.believed, folder, case.supply, case.believed.exhaust)
+        believed_plant(case.believed, folder, case.supply, case.believed.exhaust)
         units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_kPa", "P_B": "P_B_kPa", "P_s": "P_s_kPa"}
         columns = scaled(case.columns, 1e-3)
         logged = {name: values for name, values in columns.items() if case.logs_supply or name != "P_s"}
         table = pd.DataFrame(logged).rename(columns=units)
         table.to_csv(folder / "bench.csv", index=False, float_format="%.9g")
         try:
-            measurement = read_measurement(folder / "bench.csv", plant)
-            check_columns(measurement, plant)
-            return fit_measurement(measurement, plant, models), plant
+            found = pneumo.fit(folder / "bench.csv", folder / "cylinder.yaml", "mine", models=models)
         except InputError as error:
             raise InputError(str(error).replace(f"{folder}/", "")) from None
+        return found.result, found.plant
 
 
 def fitted_outcome(name: str, seed: int, models: Sequence[str], case: Case) -> Outcome:
