@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import pneumo
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.errors import InputError
@@ -105,42 +104,26 @@ def test_each_record_is_replayed_from_its_own_start_as_if_alone(model, plant):
     np.testing.assert_allclose(x, together.x[:split], atol=2e-4)  # 2e-5 m of noise, smoothed; no leap
 
 
-@pytest.fixture
-def files(tmp_path):
-    """Configuration and three records of the rig as files."""
+@pytest.mark.slow
+def test_the_command_finds_more_in_two_and_judges_on_a_third(inside, tmp_path):
     believed_plant(RIG, tmp_path)
     units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_Pa", "P_B": "P_B_Pa"}
     for i in range(3):
         c = columns_of(3 + i, 3.0)
         pd.DataFrame({key: c[name] for name, key in units.items()}).to_csv(tmp_path / f"{i}.csv", index=False)
-    return tmp_path
+    asked = ["--validate", "2.csv", "--config", "cylinder.yaml", "--model", "M1", "--json"]
 
-
-@pytest.mark.slow
-def test_two_records_determine_more_than_one(files):
-    table = [pd.read_csv(files / f"{i}.csv") for i in range(2)]
-    one, two = (pneumo.fit(records, files / "cylinder.yaml", models=[]) for records in (table[0], table))
-
-    def width(fit):
-        k_0 = fit.estimates.loc[("full", "k_0")]
+    def width(*words):
+        code, out, told = inside("fit", *words, *asked)
+        assert code == 0, told
+        found = json.loads(out)
+        k_0 = found["models"]["full"]["parameters"]["k_0"]
         assert k_0["low"] < RIG.k_0 < k_0["high"]
-        return np.log(k_0["high"] / k_0["low"])
+        return np.log(k_0["high"] / k_0["low"]), found["rms_validated"]["full"], told
 
-    assert width(two) < 0.9 * width(one)
-    assert two.errors.loc["full"].to_numpy() == pytest.approx([1e3] * 4, rel=0.15)  # the sensors' noise
-    assert two.result.data.sizes["t"] == sum(map(len, table)) + 1
-
-
-@pytest.mark.slow
-def test_the_command_fits_two_and_judges_on_a_third(files, inside):
-    asked = ["fit", "0.csv", "1.csv", "--validate", "2.csv", "--config", "cylinder.yaml", "--model", "M1"]
-    code, out, told = inside(*asked, "--json", "-o", "two")
-    assert code == 0, told
-    found = json.loads(out)
-    assert found["rms_validated"]["full"] == pytest.approx([1e3, 1e3], rel=0.2)
-    assert "0.csv, 1.csv: fitted together" in told
-    assert (
-        (files / "two/fitted.yaml")
-        .read_text()
-        .startswith("# Cylinder mine as fitted to 0.csv, 1.csv by full")
-    )
+    one, *_ = width("0.csv")
+    two, errors, told = width("0.csv", "1.csv", "-o", "two")
+    assert two < 0.9 * one and "0.csv, 1.csv: fitted together" in told
+    assert errors == pytest.approx([1e3, 1e3], rel=0.2)  # the sensors' noise
+    text = (tmp_path / "two/fitted.yaml").read_text(encoding="utf-8")
+    assert text.startswith("# Cylinder mine as fitted to 0.csv, 1.csv by full")
