@@ -125,7 +125,7 @@ bench: .venv/.dev  ## measure speed against other means, and the whole study's t
 	$(activate)
 	python -m benchmarks.bench
 
-fit-bench: .venv/.dev  ## judge `pneumo fit` on random benches with known truth, COUNT of each disturbance (3), into results/fit_bench.md
+fit-bench: .venv/.dev  ## judge `pneumo fit` on random benches with known truth, COUNT of each disturbance (3), into results/fit_bench.json
 	@echo "== fit-bench: benchmarks/fit_bench.py (5 minutes)"
 	$(activate)
 	python -m benchmarks.fit_bench --count $(COUNT) --undisturbed $(UNDISTURBED)
