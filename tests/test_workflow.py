@@ -91,7 +91,7 @@ def test_an_edit_reruns_what_depends_on_it_only(smoke_study, edit, rerun, kept):
     [
         ({"findings.json": '{"config_sha256": "another", "claims": [], "note": ""}'}, set()),
         ({"findings.json": '{"config_sha256": "its own"}', "paper.pdf": ""}, {"report"}),
-        ({"assumptions.nc": ""}, {"verdict", "report"}),
+        ({"seed_sets.nc": ""}, {"verdict", "report"}),
     ],
 )
 def test_evidence_once_there_is_used_if_it_is_this_studys(smoke_study, files, jobs):

@@ -53,7 +53,7 @@ def test_it_is_typeset_twice_to_the_same_bytes_on_six_to_eight_pages(project):
 def test_a_number_that_is_not_there_is_an_error(project):
     source = project / "paper/manuscript/wrong.typ"
     text = (FOLDER / "manuscript.typ").read_text(encoding="utf-8")
-    source.write_text(text + "\n#f.verdict.counts.nonsense\n", encoding="utf-8")
+    source.write_text(text + "\n#f.verdict.nonsense\n", encoding="utf-8")
     with pytest.raises(typst.TypstError, match="nonsense"):
         m.compile_pdf(source, project, project / "wrong.pdf")
     assert not (project / "wrong.pdf").exists()
