@@ -25,7 +25,6 @@ DATED = (
     r"(?P<time>\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)(?: ?(?P<half>[AaPp][Mm]))?"
 )
 LARGEST = 1e30  # number that is no mistake
-SEC = re.compile(r"(?P<before>.*?)(?P<part>nano|n)?secs?", re.IGNORECASE)
 
 
 class Channel(NamedTuple):
@@ -237,14 +236,13 @@ def distinct(channels: Sequence[Channel]) -> list[Channel]:
 
 def _sec_nanosec(channels: Sequence[Channel]) -> tuple[Channel | None, tuple[int, ...]]:
     """Clock of columns such as header.stamp.sec and header.stamp.nanosec, and their numbers."""
-    found = dict[tuple[str, bool], int]()
-    for k, channel in enumerate(channels):
-        match = SEC.fullmatch(channel.name.strip())
-        if match and channel.values.dtype.kind in "iu":
-            found.setdefault((match["before"].lower(), bool(match["part"])), k)
-    for (before, nano), k in found.items():
-        if not nano and (before, True) in found:
-            fine = found[before, True]
+    whole = {c.name.strip().lower(): k for k, c in enumerate(channels) if c.values.dtype.kind in "iu"}
+    for name, k in whole.items():
+        before = re.sub("secs?$", "", name)
+        fine = next(
+            (whole[n] for n in (f"{before}nanosec", f"{before}nsec", f"{before}nsecs") if n in whole), k
+        )
+        if fine != k:
             ticks = channels[k].values.astype(np.int64) * 10**9 + channels[fine].values.astype(np.int64)
             return Channel("Time", ticks, "ns", first_line=channels[k].first_line), (k, fine)
     return None, ()
