@@ -158,9 +158,8 @@ def _stamps(text: "pd.Series", first: str) -> "pd.Series | None":
     if re.fullmatch(DATED, first):
         parts = text.str.extract(f"^{DATED}$")
         of_day = pd.to_timedelta(parts["time"].str.replace(",", "."), errors="coerce")
-        hours = pd.to_numeric(parts["time"].str.partition(":")[0], errors="coerce")
-        noon = np.where(hours == 12, 12, 0)
-        half = parts["half"].str.upper().map({"AM": 0, "PM": 12}) - noon
+        twelve = parts["time"].str.startswith("12:", na=False).astype(float)
+        half = parts["half"].str.upper().map({"AM": 0, "PM": 12}) - 12 * twelve
         of_day += pd.to_timedelta(half.fillna(0), unit="h")
         # Day or month first: as all the stamps allow, else so that they are close together.
         names = (["day", "month", "year"], ["month", "day", "year"])
@@ -214,7 +213,7 @@ def table_channels(
     seconds and nanoseconds are one clock.
     """
     given = zip_longest(columns, units, held)
-    made = [Channel(*c, u or "", None, rule, first_line) for c, u, rule in given if c is not None]
+    made = [Channel(c[0], c[1], u or "", None, rule, first_line) for c, u, rule in given if c is not None]
     names = [channel.name.strip().lower() for channel in made]
     times = [k for k, name in enumerate(names) if is_time(name)]
     for k in times:
