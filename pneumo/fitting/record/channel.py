@@ -25,7 +25,6 @@ DATED = (
     r"(?P<time>\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)(?: ?(?P<half>[AaPp][Mm]))?"
 )
 LARGEST = 1e30  # number that is no mistake
-SEC = re.compile(r"(?P<before>.*?)(?P<part>nano|n)?secs?", re.IGNORECASE)
 
 
 class Channel(NamedTuple):
@@ -159,9 +158,8 @@ def _stamps(text: "pd.Series", first: str) -> "pd.Series | None":
     if re.fullmatch(DATED, first):
         parts = text.str.extract(f"^{DATED}$")
         of_day = pd.to_timedelta(parts["time"].str.replace(",", "."), errors="coerce")
-        hours = pd.to_numeric(parts["time"].str.partition(":")[0], errors="coerce")
-        noon = np.where(hours == 12, 12, 0)
-        half = parts["half"].str.upper().map({"AM": 0, "PM": 12}) - noon
+        twelve = parts["time"].str.startswith("12:", na=False).astype(float)
+        half = parts["half"].str.upper().map({"AM": 0, "PM": 12}) - 12 * twelve
         of_day += pd.to_timedelta(half.fillna(0), unit="h")
         # Day or month first: as all the stamps allow, else so that they are close together.
         names = (["day", "month", "year"], ["month", "day", "year"])
@@ -215,7 +213,7 @@ def table_channels(
     seconds and nanoseconds are one clock.
     """
     given = zip_longest(columns, units, held)
-    made = [Channel(*c, u or "", None, rule, first_line) for c, u, rule in given if c is not None]
+    made = [Channel(c[0], c[1], u or "", None, rule, first_line) for c, u, rule in given if c is not None]
     names = [channel.name.strip().lower() for channel in made]
     times = [k for k, name in enumerate(names) if is_time(name)]
     for k in times:
@@ -237,14 +235,13 @@ def distinct(channels: Sequence[Channel]) -> list[Channel]:
 
 def _sec_nanosec(channels: Sequence[Channel]) -> tuple[Channel | None, tuple[int, ...]]:
     """Clock of columns such as header.stamp.sec and header.stamp.nanosec, and their numbers."""
-    found = dict[tuple[str, bool], int]()
-    for k, channel in enumerate(channels):
-        match = SEC.fullmatch(channel.name.strip())
-        if match and channel.values.dtype.kind in "iu":
-            found.setdefault((match["before"].lower(), bool(match["part"])), k)
-    for (before, nano), k in found.items():
-        if not nano and (before, True) in found:
-            fine = found[before, True]
+    whole = {c.name.strip().lower(): k for k, c in enumerate(channels) if c.values.dtype.kind in "iu"}
+    for name, k in whole.items():
+        before = re.sub("secs?$", "", name)
+        fine = next(
+            (whole[n] for n in (f"{before}nanosec", f"{before}nsec", f"{before}nsecs") if n in whole), k
+        )
+        if fine != k:
             ticks = channels[k].values.astype(np.int64) * 10**9 + channels[fine].values.astype(np.int64)
             return Channel("Time", ticks, "ns", first_line=channels[k].first_line), (k, fine)
     return None, ()
