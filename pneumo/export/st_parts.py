@@ -9,22 +9,24 @@ from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.precedence import precedence
 
 from pneumo.equations.branches import Choice
-from pneumo.equations.equation_list import Statement
+from pneumo.equations.equation_list import PATHS, Statement
 from pneumo.equations.system import System, quantity
 from pneumo.export.known_steps import scale
 from pneumo.export.printing import Printed, assignments, printed
+from pneumo.physics.cylinder import Side
 
 KEYWORDS = ("IF {} THEN", "ELSIF {} THEN", "ELSE", "END_IF;")
 TYPES = {"double": "LREAL", "float": "REAL"}
 REALS = {"double": np.float64, "float": np.float32}
 # Names that a controller refuses, or that differ from another one only by case: it makes no difference there.
 OF_CONSTANTS = {"gamma_": "gamma", "R": "R_gas", "M": "M_moving", "n": "n_index"}
-OF_CHAMBER = {name: f"{name}_side" for name in ("u", "m", "x", "v", "P", "T")} | {
+OF_CHAMBER = {name: f"{name}_side" for name in ("u", "m", *PATHS, "x", "v", "P", "T")} | {
     "V": "volume",
     "dV_dt": "volume_rate",
     "s": "length",
 }
-OF_PISTON = {name: f"{name}_stage" for name in ("u", "opening", "x", "v", "P_A", "P_B", "force")}
+OF_PISTON = {name: f"{name}_stage" for name in ("x", "v", "P_A", "P_B", "force")}
+OF_PISTON |= {f"{name}{of}": f"{name}{of}_stage" for name in ("u", "m", "opening") for of in ("", "_A", "_B")}
 OF_PISTON |= {"a": "dv_dt_free", "s": "length"}
 POSITIVE = ("V", "space", "space_mid", "space_end", "resists_mid", "resists_end", "P_mid", "T_mid")
 
@@ -201,6 +203,17 @@ class SystemText(NamedTuple):
         return Variable(name, self.real, (self.number(initial),), described(name))
 
     @property
+    def chambers(self) -> dict[str, dict[str, str]]:
+        """Text of each variable of a chamber in which the two differ, by side."""
+        result = dict[str, dict[str, str]]()
+        for side in Side:
+            flows = self.system.flows(side).items()
+            result[side.name] = {
+                self.inside.name(name): "-" * (sign < 0) + self.outside.name(outer) for name, (sign, outer) in flows
+            } | self.system.of_chambers[side.name]
+        return result
+
+    @property
     def constants(self) -> list[Variable]:
         """Declarations of the plant's numbers."""
         return [
@@ -220,11 +233,11 @@ class SystemText(NamedTuple):
     @property
     def substep_cost(self) -> Cost:
         """Operations of a substep of both chambers, of valve and piston, at most."""
-        valve, before, chamber, after, pace = self.parts.substep
+        valve, before, chamber, after, opened, pace = self.parts.substep
         return (
             statement_cost([*chamber, *pace], self.inside)
             .times(2)
-            .plus(statement_cost([*valve, *before, *after], self.outside))
+            .plus(statement_cost([*valve, *before, *after, *opened], self.outside))
         )
 
     @property
@@ -240,9 +253,10 @@ class SystemText(NamedTuple):
     @property
     def substep(self) -> dict[str, list[str]]:
         """Lines of the statements of a substep, by part."""
-        valve, before, chamber, after, pace = self.parts.substep
+        valve, before, chamber, after, opened, pace = self.parts.substep
         return {
-            "opened": lines(valve, self.outside),
+            "valve": lines(valve, self.outside),
+            "opened": lines(opened, self.outside),
             "before": lines(before, self.outside),
             "chamber": lines(chamber, self.inside),
             "after": lines(after, self.outside),
@@ -256,14 +270,13 @@ class SystemText(NamedTuple):
         of_chamber: Iterable[str],
         counters: Iterable[str],
     ) -> list[Variable]:
-        """Declarations of the variables that statements use; `of_chamber` are the inputs of a chamber."""
+        """Declarations of the variables that statements use; `of_chamber` are further inputs of a chamber."""
         named = dict.fromkeys(self.outside.name(name) for s in outside for name in s.names)
         named |= dict.fromkeys(self.inside.name(name) for s in inside for name in s.names)
-        named |= dict.fromkeys(f"{name}_side" for name in of_chamber)
+        named |= dict.fromkeys(f"{name}_side" for name in (*self.system.flow_inputs, *of_chamber))
+        named |= dict.fromkeys(self.system.of_chambers["A"])
         return [
             *(Variable(name, self.real) for name in named),
-            Variable("area", self.real, comment="m^2, of the piston"),
-            Variable("V_d", self.real, comment="m^3, dead volume"),
             Variable("started", "BOOL", ("FALSE",)),
             *(Variable(name, "INT") for name in counters),
         ]

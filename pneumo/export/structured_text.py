@@ -38,7 +38,7 @@ LISTS = {  # of PLCopen XML: element, and whether its variables are constant
 def block(system: System, precision: str) -> Unit:
     """Function block in Structured Text that integrates a system."""
     text, c = system_text(system, precision), system.plant.conditions
-    real, valve = text.real, bool(text.parts.valve)
+    real = text.real
     rest = system.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
     starts = dict(zip(system.states, map(float, rest), strict=True))
     states = len(system.states)
@@ -58,12 +58,12 @@ def block(system: System, precision: str) -> Unit:
     outputs = [text.quantity(name, starts[name]) for name in system.states]
     failed = "h, a volume, a pressure or a temperature is not positive"
     outputs.append(Variable("failed", "BOOL", ("FALSE",), failed))
-    valve_lines, before, chamber, after, pace = text.parts.substep
-    outside = [*valve_lines, *before, *after]
+    valve, before, chamber, after, opened, pace = text.parts.substep
+    outside = [*opened, *valve, *before, *after]
     assigned = {name for s in outside for name in s.names}
-    own = [*system.chamber_states, "u" if system.valve else "m"]
+    openings = [name for name in system.states if name.startswith("opening")]
     piston_names = [name for name in system.inputs if name not in ("x", "v")]
-    piston_names += ["x", "v", "P_A", "P_B"] * system.piston + ["opening"] * ("opening" in system.states)
+    piston_names += ["x", "v", "P_A", "P_B"] * system.piston + openings
     places = ("x_middle", "v_middle", "x_last", "v_last", "x_mid", "v_mid", "x_end", "v_end")
     places += ("remaining", "length", "fastest")
     new = ("P_A_after", "P_B_after") * system.piston
@@ -73,16 +73,15 @@ def block(system: System, precision: str) -> Unit:
         Variable("stage", real, last=(states - 1,)),
         *(Variable(name, real) for name in (*places, *(name for name in new if name not in assigned))),
         *(Variable(f"{name}_stage", real) for name in piston_names),
-        *text.variables(outside, [*chamber, *pace], (*own, "x", "v"), COUNTERS),
+        *text.variables(outside, [*chamber, *pace], (*system.chamber_states, "x", "v"), COUNTERS),
     ]
     known = {
         "inputs": system.inputs,
         "states": system.states,
         "own_states": system.chamber_states,
         "P_A": system.states.index("P_A"),
-        "valve": system.valve,
-        "opening": system.states.index("opening") if "opening" in system.states else None,
-        "command": "u_valve" if valve else "u_stage",
+        "openings": openings,
+        "chambers": text.chambers,
         **text.substep,
         "lengths": {name: text.number(value) for name, value in LENGTHS.items()},
         "stage": text.number(STAGE),

@@ -85,7 +85,7 @@ def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit
         *text.variables(
             [*text.parts.valve, *text.parts.piston, *text.parts.stops],
             text.parts.chamber,
-            (*system.chamber_states, "u", "x", "v"),
+            (*system.chamber_states, "x", "v"),
             ("i", "j", "k", "probe", "side", "first"),
         ),
     ]
@@ -97,6 +97,7 @@ def observer_block(system: System, noise: ObserverNoise, precision: str) -> Unit
         "probes": probes,
         "steps": {name: text.number(value) for name, value in STEPS.items()},
         "first": {name: text.number(value) for name, value in FIRST_VARIANCES.items()},
+        "chambers": text.chambers,
         **text.statements,
         "heading": heading(system),
         "noise": noise,

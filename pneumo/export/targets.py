@@ -32,6 +32,7 @@ def exported(
     fmi: Literal[2, 3] = 2,
     observer: str | None = None,
     dynamics: ValveDynamics = PROPORTIONAL,
+    two_valves: bool = False,
 ) -> dict[str, bytes]:
     """Files that export a model of a plant, their content by name; the main file comes first.
 
@@ -59,6 +60,8 @@ def exported(
         pressures. In C and Structured Text only, with valve and piston.
     dynamics : ValveDynamics
         Lag, null offset and dead band of the valve. A dead time is only named in the heads of the files.
+    two_valves : bool
+        A valve for each chamber, with commands u_A and u_B, as in `pneumo.simulate`.
 
     Raises
     ------
@@ -70,8 +73,10 @@ def exported(
         raise InputError(
             "--observer: not for a cylinder with valve_dynamics: its filter models no lag or dead band"
         )
+    if observer is not None and two_valves:
+        raise InputError("--observer: not with --two-valves: its filter models one valve")
     moving = piston or observer is not None
-    chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics)
+    chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics, two_valves=two_valves)
     if target not in TARGETS:
         raise InputError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
     if precision not in PRECISIONS:
