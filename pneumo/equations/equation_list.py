@@ -228,7 +228,9 @@ def symbols_of(plant: Plant) -> Plant:
     unusual = [
         name for name in ("laminar", "exhaust", "leak") if getattr(plant.valve, name) != getattr(usual, name)
     ]
-    valve = usual._replace(**{name: _real(name) for name in unusual}, paths=_symbols_of_paths(plant.valve.paths))
+    valve = usual._replace(
+        **{name: _real(name) for name in unusual}, paths=_symbols_of_paths(plant.valve.paths)
+    )
     numbers = {name for name in ("load", "coulomb") if not getattr(plant.cylinder, name)} | {"rests"}
     parts = ((name, getattr(plant.cylinder, name)) for name in Cylinder._fields)
     cylinder = Cylinder(*(value if name in numbers else _real(name) for name, value in parts))
@@ -239,7 +241,6 @@ def symbols_of(plant: Plant) -> Plant:
 
 def _symbols_of_paths(paths: Paths) -> Paths:
     """Paths whose knots and openings are symbols named as in `constants`; openings that are 0 stay 0."""
-
 
     def table(path: str, openings: tuple[tuple[float, ...], ...]) -> tuple[tuple[Any, ...], ...]:
         return tuple(

@@ -204,7 +204,9 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> l
                 its_gas = gas._replace(critical_ratio=b[0]) if b else gas
                 m_in, m_out = port_flows(A_other, P_other, P, T, restrictions, its_gas, c)
                 inlet, outlet = energies(T)
-                if restrictions.net_leak and not paths.knots:  # leaks that cancel before they cross the port carry no heat
+                if (
+                    restrictions.net_leak and not paths.knots
+                ):  # leaks that cancel before they cross the port carry no heat
                     one = inlet if P_port >= P else outlet
                     return wanted(one * (m_in - m_out), m_in, m_out)
                 return wanted(inlet * m_in - outlet * m_out, m_in, m_out)
@@ -239,6 +241,7 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> l
             f"excess_{at} P_port {P_guess} {T_guess}",
             "Pa, Pa, 1, K, J/kg: of the restriction, at a first guess",
         )
+
         def flowing(A_t: Any, P_u: Any, ratio: Any, T_u: Any, *b: Any) -> tuple[Any, Any]:
             its_gas = gas._replace(critical_ratio=b[0]) if b else gas
             return flow_and_exponent(A_t, P_u, ratio, T_u, its_gas, restrictions)

@@ -51,7 +51,9 @@ def matlab(system: System) -> str:
     of_outer = names_in(tuple(s.value for s in parts.valve))
     of_outer = of_outer.union(*(of.values() for of in system.of_chambers.values()))
     for lines, names_of in ((outer, of_outer), (body, of_body)):
-        lines += [f"{c.name} = {digits(c.value)}; % {c.comment}" for c in parts.constants if c.name in names_of]
+        lines += [
+            f"{c.name} = {digits(c.value)}; % {c.comment}" for c in parts.constants if c.name in names_of
+        ]
     for lines, assigned in ((outer, parts.valve), (body, parts.chamber)):
         for s in assigned:
             lines.append(f"% {', '.join(s.names)}: {s.comment}")

@@ -209,7 +209,8 @@ class SystemText(NamedTuple):
         for side in Side:
             flows = self.system.flows(side).items()
             result[side.name] = {
-                self.inside.name(name): "-" * (sign < 0) + self.outside.name(outer) for name, (sign, outer) in flows
+                self.inside.name(name): "-" * (sign < 0) + self.outside.name(outer)
+                for name, (sign, outer) in flows
             } | self.system.of_chambers[side.name]
         return result
 
