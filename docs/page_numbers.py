@@ -166,7 +166,7 @@ def levels(results: Path) -> str:
 
 
 def from_the_template() -> Numbers:
-    """Answer of `pneumo study` for the cylinder of `pneumo init`, and its stroke from vented by every program."""
+    """Answer of `pneumo study` for the cylinder of `pneumo init`, and its stroke by every program."""
     pneumo = Path(sys.executable).with_name("pneumo")
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([pneumo, "init", "my.yaml"], cwd=folder, check=True, capture_output=True)

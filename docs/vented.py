@@ -25,7 +25,7 @@ from pneumo.publish.style import METADATA, new_figure, paper_style
 from pneumo.selection.cylinder_template import TEMPLATE
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
-from structured_text import Block, parsed
+from structured_text import Block, parsed  # pyright: ignore[reportMissingImports]
 
 PICTURE = Path(__file__).parent / "static/vented.svg"
 STATES = ("x", "v", "P_A", "T_A", "P_B", "T_B")
@@ -109,7 +109,7 @@ def by_fmu(plant: Plant, start: np.ndarray, folder: Path) -> np.ndarray:
     ((_, content),) = exported(FULL_ORDER, None, plant, "fmu", piston=True).items()
     (folder / "full.fmu").write_bytes(content)
     signals = [("time", float), ("u", float), ("force", float)]
-    starts = dict(zip(STATES, map(float, start), strict=True))
+    starts: dict[str, float] = dict(zip(STATES, map(float, start), strict=True))
     result = simulate_fmu(
         str(folder / "full.fmu"),
         input=np.array([(0.0, plant.valve.u_max, 0.0)], dtype=signals),
@@ -149,8 +149,8 @@ def figure(made: dict[str, np.ndarray]) -> Figure:
     t = 1e3 * H * np.arange(STEPS + 1)
     styles = dict(zip(made, ("-", "--", "-.", ":", (0, (1, 3)), (0, (4, 4))), strict=True))
     for name, states in made.items():
-        looks = {"ls": styles[name], "lw": 2.4 if name == "reference" else 1.0}
-        looks["color"] = "0.75" if name == "reference" else None
+        looks = {"ls": styles[name], "lw": 1.0}
+        looks |= {"lw": 2.4, "color": "0.75"} if name == "reference" else {}
         for ax, columns, scale in zip(axes, ([0], [2, 4], [3, 5]), (1e3, 1e-3, 1.0), strict=True):
             lines = ax.plot(t, scale * states[:, columns], **looks)
             lines[0].set_label(name)

@@ -135,7 +135,7 @@ def export(
     ] = False,
     observer: Annotated[
         Literal["none", "one", "both"] | None,
-        Option(help="c and st: with a filter that estimates the pressures, from x and this many measured"),
+        Option(help="c: with a filter that estimates the pressures, from x and this many measured"),
     ] = None,
     fmi: Annotated[Literal["2", "3"], Option(help="version of the FMU")] = "2",
     output: Annotated[Path | None, output_to("file to write [a single file: standard output]")] = None,

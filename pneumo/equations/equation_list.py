@@ -57,7 +57,7 @@ WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "l
 def valve_equations(
     plant: Plant, dynamics: ValveDynamics, two_valves: bool, substep: bool = False
 ) -> list[Equation]:
-    """Equations of the valve from the command u to the effective `u_valve`, or from u_A and u_B to two of these.
+    """Equations of the valve from the command u, or u_A and u_B, to the effective `u_valve`, or two of these.
 
     With a lag, `opening` is a state: results include its rate, or, in a substep of s seconds, its value at
     the end. A valve with `Paths` has their openings as results, such as `inlet_A`.

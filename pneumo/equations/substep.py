@@ -61,7 +61,7 @@ def _adiabatic(T: Any, P_before: Any, P_after: Any, a: Any) -> Any:
 
 
 def chamber_pace(plant: Plant, valve: bool) -> list[Equation]:
-    """Equations of the pace of a chamber, 1/s, from its flow's inputs, x, v, area and V_d, counted outward from it.
+    """Equations of the pace of a chamber, 1/s, from its flow's inputs, x, v, area and V_d, counted outward.
 
     It is the rate at which a sonic flow and the piston would replace the chamber's volume.
     """
@@ -133,10 +133,9 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> l
 
         def opened_paths(inlet: Any, outlet: Any, P: Any, *b: Any) -> tuple[Any, ...]:
             areas = [restrictions.k_xu * opening + restrictions.leak for opening in (inlet, outlet)]
-            if two:  # the port where the flow changes most with the pressure
-                first = areas[0] ** 2 * abs(P - c.P_atm) >= areas[1] ** 2 * abs(c.P_s - P)
-            else:
-                first = inlet > 0
+            # If both are open, first the port where the flow changes most with the pressure.
+            slopes = areas[0] ** 2 * abs(P - c.P_atm), areas[1] ** 2 * abs(c.P_s - P)
+            first = slopes[0] >= slopes[1] if two else inlet > 0
             ports = list(zip(areas, (c.P_s, c.P_atm), strict=True))
             (A_t, P_port), other = ports if first else reversed(ports)
             ratios = b if first else b[::-1]

@@ -1,4 +1,4 @@
-"""A valve with lag, null offset, dead band, a curve or unlike paths, or one for each chamber: rates and exports."""
+"""Exports of a valve with lag, null offset, dead band, curve or unlike paths, or one for each chamber."""
 
 import json
 import runpy
