@@ -22,7 +22,7 @@ from pneumo.physics.cylinder import Chamber, Cylinder, heat_area, volume
 from pneumo.physics.models import Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas, Valve, choked_flow, port_flows
 
-LONGEST, SHORTEST = 5e-4, 9.1e-5  # s, of substeps: at most eleven in 1 ms
+LONGEST, SHORTEST = 1e-3, 9.1e-5  # s, of substeps: at most eleven in 1 ms
 PACE = 0.035  # of a chamber's volume: what may flow or be displaced in a substep that is not the shortest
 STAGE = 1 - 0.5**0.5  # of a substep: time of the first stage, and weight of the implicit term in both
 LEAST_DROP = 1e-4  # of the port's pressure: below it the flow is proportional to q, within as much

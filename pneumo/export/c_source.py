@@ -15,9 +15,8 @@ from pneumo.equations.equation_list import Statement, with_tangents
 from pneumo.equations.substep import LENGTHS, STAGE
 from pneumo.equations.system import System
 from pneumo.errors import InputError
-from pneumo.export.known_estimates import SAMPLE, known_estimates
 from pneumo.export.known_steps import known_steps, scale
-from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, OBSERVER_TOLERANCE, STEPS, ObserverNoise
+from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, STEPS, ObserverNoise
 from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
 from pneumo.physics.cylinder import Side
 
@@ -177,20 +176,12 @@ def c99(
 def _observer(system: System, noise: ObserverNoise, precision: str) -> dict[str, Any]:
     """Values that the templates need for an observer."""
     suffix = "f" if precision == "float" else ""
-    samples = [
-        {"u": digits(known.u) + suffix}
-        | {key: "{" + _listed(getattr(known, key), suffix) + "}" for key in ("readings", "estimate")}
-        for known in known_estimates(system, noise)
-    ]
     return {
         "steps": {name: digits(value) + suffix for name, value in STEPS.items()},
         "first": {name: digits(value) + suffix for name, value in FIRST_VARIANCES.items()},
         "temperature": "T" in system.chamber_states,
         "places": [f"{system.name}_{name}" for name in noise.readings],
         "first_pressure": f"{FIRST_VARIANCES['P'] ** 0.5:g}",
-        "samples": samples,
-        "sample_time": digits(SAMPLE) + suffix,
-        "observer_tolerance": OBSERVER_TOLERANCE[precision],
     }
 
 

@@ -164,7 +164,8 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
     del sources[f"{system.name}_test.c"]
     longest_step = digits(STEP)
     # With Coulomb friction a step that reverses the velocity ends at rest, which an outer solver cannot do.
-    kinds = ["CoSimulation"] if system.plant.cylinder.coulomb else ["ModelExchange", "CoSimulation"]
+    stuck = system.piston and system.plant.cylinder.coulomb > 0
+    kinds = ["CoSimulation"] if stuck else ["ModelExchange", "CoSimulation"]
     known: dict[str, Any] = {
         "M": system.name,
         "token": "",

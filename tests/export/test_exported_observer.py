@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from brief import in_brief
-from exported_c import C_COMPILER, CompiledObserver, run_test_program
+from exported_c import C_COMPILER, CompiledObserver
 from plain_rates import OWN
 
 import pneumo
@@ -85,26 +85,6 @@ def test_c_estimates_as_the_filter_in_python(model, sensors, precision, plant, t
     print(f"{c.system.name}, {sensors}, {precision}: {off[0]:.1e}, variances {off[1]:.1e}")
     # Derivatives are differences over a thousandth of a state: a thousand roundings of 1e-16, or of 6e-8.
     assert max(off) < (1e-10 if precision == "double" else 5e-3)
-
-
-@C_COMPILER
-@pytest.mark.parametrize("precision", ["double", "float"])
-def test_the_test_program_in_c_agrees_and_notices_a_change(precision, plant, tmp_path):
-    files = exported("M8", N, plant, "c", precision=precision, observer="both")
-    code, output = run_test_program(files, tmp_path)
-    assert code == 0 and "of the observer's estimates" in output
-    source = files["M8.c"].decode()
-    assert source.count("p->stroke, dv") == 1
-    files["M8.c"] = source.replace(f"const {precision} dx = ", f"const {precision} dx = 100 * ").encode()
-    assert run_test_program(files, tmp_path)[0] == (1 if precision == "double" else code)
-    files["M8.c"] = source.replace("gain[i] * difference", "gain[i] * difference * 2").encode()
-    assert run_test_program(files, tmp_path)[0] == 1
-
-
-@pytest.mark.slow
-def test_models_that_were_not_tuned_say_so(plant):
-    for name, told in (("M8", "best in closed loop"), (FULL_ORDER, "not tuned for this model")):
-        assert told in exported(name, N, plant, "c", observer="none")[f"{name}.h"].decode()
 
 
 @pytest.mark.parametrize(

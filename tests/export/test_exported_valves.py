@@ -46,6 +46,7 @@ def test_rates_are_those_of_a_proportional_valve_at_its_opening(dynamics, plant)
 
 CURVED = plant_with(curve=CURVE, exhaust_b=0.45)
 FORMS = {  # plant, None for the paper's, dynamics, and whether each chamber has a valve
+    "proportional": (None, PROPORTIONAL, False),
     "late": (None, LATE, False),
     "dead band": (None, AT_ONCE, False),
     "curve": (CURVED, PROPORTIONAL, False),
@@ -89,18 +90,18 @@ def test_the_test_program_of_structured_text_agrees_with_python(form):
 
 @pytest.mark.parametrize("target", ["casadi", "matlab"])
 def test_rates_in_other_languages(target, form, tmp_path):
-    chosen = system("M8", N, form[0], **form[1])
-    low = {"u": -12, "x": -0.04, "v": -1, "opening": -2, "P": 0.9e5}
-    high = {"u": 12, "x": 0.04, "v": 1, "opening": 2, "P": 7.5e5}
+    chosen = system("full", None, form[0], **form[1])
+    low = {"u": -12, "x": -0.04, "v": -1, "opening": -2, "P": 0.9e5, "T": 230}
+    high = {"u": 12, "x": 0.04, "v": 1, "opening": 2, "P": 7.5e5, "T": 370}
     names = (*chosen.inputs, *chosen.states)
     ends = [[of[name.partition("_")[0]] for name in names] for of in (low, high)]
     rows, count = np.random.default_rng(4).uniform(*ends, (200, len(names))), len(chosen.inputs)
-    ((name, content),) = exported("M8", N, form[0], target, stem="M8_dP_dt", **form[1]).items()
+    ((name, content),) = exported("full", None, form[0], target, stem="full_dP_dt", **form[1]).items()
     (tmp_path / name).write_bytes(content)
     expected = np.array([rates(chosen, row[count:], row[:count]) for row in rows.tolist()])
     if target == "casadi":
         pytest.importorskip("casadi", reason="CasADi is not installed")
-        function = runpy.run_path(str(tmp_path / name))["M8_dP_dt"]
+        function = runpy.run_path(str(tmp_path / name))["full_dP_dt"]
         computed = np.array([[float(rate) for rate in function(*row)] for row in rows])
     elif shutil.which("octave-cli") is None:
         pytest.skip("GNU Octave is not installed")
@@ -108,7 +109,8 @@ def test_rates_in_other_languages(target, form, tmp_path):
         np.savetxt(tmp_path / "rows.txt", rows, fmt="%.17g")
         script = (
             f"s = load('rows.txt'); r = zeros(rows(s), {expected.shape[1]}); for i = 1:rows(s)\n"
-            "c = cell(1, columns(r)); [c{:}] = M8_dP_dt(num2cell(s(i, :)){:}); r(i, :) = cell2mat(c);\nend\n"
+            "c = cell(1, columns(r)); [c{:}] = full_dP_dt(num2cell(s(i, :)){:});\n"
+            "r(i, :) = cell2mat(c);\nend\n"
             "f = fopen('r.bin', 'w'); fwrite(f, r', 'double'); fclose(f);"
         )
         (tmp_path / "run.m").write_text(script)
@@ -134,6 +136,18 @@ def test_runs_with_paths_of_their_own_are_those_of_python(name, tmp_path):
         failed, state = compiled.step(inputs, inputs, H, state)
         off = np.abs(state - known)
         assert not failed and off[[2, 4]].max() < 500 and off[[3, 5]].max() < 1
+
+
+def test_a_linear_model_of_a_curve_has_its_slope():
+    point = {"P_A": 4e5, "P_B": 5e5, "x": 0.01, "v": 0.1}
+    straight, curved = plant_with(), plant_with(curve=CURVE)
+    usual, linear = (linearise("full", None, at, u=3.0, **point) for at in (straight, curved))
+    # From 2 to 4 V the curve is 0.27 dm3/(s bar) per volt, the straight valve 0.15 everywhere.
+    np.testing.assert_allclose(linear.B[:, 0], usual.B[:, 0] * 0.27 / 0.15, rtol=1e-9)
+    with pytest.raises(InputError, match="curve has a kink"):
+        linearise("full", None, curved, u=-4.0, **point)
+    with pytest.raises(InputError, match="equal pressures"):
+        linearise("full", None, curved, u=3.0, **point | {"P_A": curved.conditions.P_s})
 
 
 def test_a_linear_model_has_the_lag_as_a_state(plant):

@@ -60,7 +60,7 @@ FORMS = [
     for parts in ({}, {"piston": True}, {"valve": False})
 ]
 LATE = ("full", 2, {"dynamics": ValveDynamics(lag=4e-3, null=0.1, dead_band=0.3), "piston": True})
-CURVED = ("full", 3, {"plant": plant_with(curve=CURVE, exhaust_b=0.45), "two_valves": True, "piston": True})
+CURVED = ("full", 3, {"plant": plant_with(curve=CURVE, exhaust_b=0.45), "two_valves": True})
 FORMS += [LATE, CURVED]
 BRIEF_FORMS = [("full", 3, {"piston": True}), CURVED]
 

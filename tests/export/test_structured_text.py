@@ -168,14 +168,6 @@ def test_plcopen_xml_has_the_declarations_and_statements_of_the_text(plant):
         assert lines == declared and len(lines) > 10
 
 
-@pytest.mark.slow
-def test_blark_parses_the_text_with_its_tables(plant):
-    from blark.parse import parse_source_code
-
-    text = exported("M8", N, plant, "st")["M8.st"].decode()
-    assert parse_source_code(text).exception is None
-
-
 @pytest.mark.parametrize("name", ["own_", "my__own"])
 def test_names_that_controllers_refuse_are_refused(name, plant):
     with pytest.raises(InputError, match=name):
