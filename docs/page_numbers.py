@@ -16,6 +16,7 @@ import cost
 import drift
 import measured_air
 import opening_picture
+import vented
 import xarray as xr
 import yaml
 from fragments import NUMBERS, ROOT, stored_numbers
@@ -165,7 +166,7 @@ def levels(results: Path) -> str:
 
 
 def from_the_template() -> Numbers:
-    """What `pneumo study` answers for the cylinder of `pneumo init`, and what to measure first."""
+    """Answer of `pneumo study` for the cylinder of `pneumo init`, and its stroke by every program."""
     pneumo = Path(sys.executable).with_name("pneumo")
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([pneumo, "init", "my.yaml"], cwd=folder, check=True, capture_output=True)
@@ -175,7 +176,8 @@ def from_the_template() -> Numbers:
     lines = [line.rstrip() for line in done.stdout.splitlines()]
     budget = next(i for i, line in enumerate(lines) if line.startswith(" "))
     measure = next(i for i, line in enumerate(lines) if line.startswith("- Measure"))
-    return {"study": {"answer": "\n".join([*lines[:budget], "...", lines[measure]])}}
+    answer = "\n".join([*lines[:budget], "...", lines[measure]])
+    return {"study": {"answer": answer}, "vented": vented.tables()}
 
 
 def write() -> None:

@@ -75,24 +75,22 @@ def _conditions(value: Any) -> list[Any]:
 def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
     """Expressions at whose change of sign a rate jumps or bends: conditions in the equations, end stops."""
     printer, result, seen = printer_of(parts), list[Kink](), set[Any]()
-    command = f"inputs[{system.name}_u]" if system.proportional else "u_valve"
+
+    def add(zero: Any, meaning: str) -> None:
+        if zero not in seen and -zero not in seen:
+            seen.add(zero)
+            result.append(Kink(str(printer.doprint(zero)), meaning))
+
     for condition in (c for statement in parts.valve for c in _conditions(statement.value)):
-        inner = {"u": f"inputs[{system.name}_u]", "opening": f"state[{system.name}_opening]"}
-        inner["u_limited"] = inner["u"]
-        zero = condition.lhs - condition.rhs
-        zero = zero.xreplace({s: Symbol(inner[s.name]) for s in condition.free_symbols if s.name in inner})
-        result.append(Kink(str(printer.doprint(zero)), f"{condition}, valve"))
+        add(condition.lhs - condition.rhs, f"{condition}, valve")
     for side in Side:
-        outside = {"P": f"state[{system.name}_P_{side.name}]", "u": command}
-        outside |= {"u_limited": outside["u"], "m": f"inputs[{system.name}_m_{side.name}]"}
-        signs = {"u": int(side.sign), "u_limited": int(side.sign)}
+        outside = {name: sign * Symbol(outer) for name, (sign, outer) in system.flows(side).items()}
+        outside["P"] = Symbol(f"state[{system.name}_P_{side.name}]")
+        constant = {name: f"p->{outer}" for name, outer in system.of_chambers[side.name].items()}
+        outside |= {name: Symbol(outer) for name, outer in constant.items()}
         for condition in (c for statement in parts.chamber for c in _conditions(statement.value)):
             inner = {s: outside[s.name] for s in condition.free_symbols if s.name in outside}
-            zero = condition.lhs - condition.rhs
-            zero = zero.xreplace({s: signs.get(s.name, 1) * Symbol(name) for s, name in inner.items()})
-            if zero not in seen and -zero not in seen:
-                seen.add(zero)
-                result.append(Kink(str(printer.doprint(zero)), f"{condition}, chamber {side.name}"))
+            add((condition.lhs - condition.rhs).xreplace(inner), f"{condition}, chamber {side.name}")
     if system.piston and not system.plant.cylinder.coulomb:  # else there is no model exchange
         (force,) = (statement.value for statement in parts.piston if statement.names == ("a",))
         places = {f"P_{side.name}": f"state[{system.name}_P_{side.name}]" for side in Side}
@@ -166,7 +164,8 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
     del sources[f"{system.name}_test.c"]
     longest_step = digits(STEP)
     # With Coulomb friction a step that reverses the velocity ends at rest, which an outer solver cannot do.
-    kinds = ["CoSimulation"] if system.plant.cylinder.coulomb else ["ModelExchange", "CoSimulation"]
+    stuck = system.piston and system.plant.cylinder.coulomb > 0
+    kinds = ["CoSimulation"] if stuck else ["ModelExchange", "CoSimulation"]
     known: dict[str, Any] = {
         "M": system.name,
         "token": "",

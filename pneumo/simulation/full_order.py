@@ -48,7 +48,8 @@ def run(
 
     It starts from the state y_0 and follows the reference of every step, shape (steps + 1,), m in closed loop
     or V in open loop, under an external force on the piston, N. A step that fails or whose estimated error
-    exceeds 1e-4 of stroke, P_0 or T_0 is repeated in two parts, then in four, up to 2**most_halvings parts.
+    exceeds 1e-4 of stroke, P_0 or T_0 is repeated in two parts, then in four, up to 2**most_halvings parts;
+    the way beyond a stop is such an error.
     `u_B`, of the same shape, is the command of chamber B's own valve, V, positive where it connects B to the
     supply; None: the chambers share a valve.
 
