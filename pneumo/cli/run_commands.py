@@ -1,4 +1,4 @@
-"""``pneumo simulate``: a run of a configured cylinder, such as its first stroke; ``pneumo live``: in the browser.
+"""``pneumo simulate``: a run of a configured cylinder; ``pneumo live``: a page that does it in the browser.
 
 Modules are imported inside the function, so that help and errors of usage are fast.
 """

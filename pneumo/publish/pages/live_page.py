@@ -1,4 +1,4 @@
-"""`pneumo live`: the page on which a cylinder is studied in the browser, with the compiled core as WebAssembly.
+"""`pneumo live`: the page that studies a cylinder in the browser, with the compiled core as WebAssembly.
 
 The package contains the finished page, so that readers need no compiler. `make live` writes it again after a
 change of the core, of the models or of the template; a test fails where that was forgotten.
@@ -10,7 +10,6 @@ import json
 import re
 import subprocess
 import tempfile
-from collections.abc import Mapping
 from itertools import product
 from math import log
 from pathlib import Path
@@ -19,13 +18,14 @@ from typing import Any
 import numpy as np
 
 from pneumo.catalogue import GROWTH, coefficient_times_length, measured_bores
-from pneumo.configuration.conductance import CONVERSIONS, conductance
+from pneumo.configuration.conductance import conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION, load, sonic_conductance, study
 from pneumo.configuration.uncertain import LEAST_B, MOST_B, SIGMAS, Uncertain, uncertainties
 from pneumo.core.build import FLAGS
 from pneumo.core.build import FOLDER as CORE
 from pneumo.errors import InputError
+from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.selection.answer import model_cost
 from pneumo.selection.cylinder_ranking import DRAWS, LONG_RUN, ROWS, SHORTEST, drawn_deviations, seeds_of
@@ -54,14 +54,8 @@ HEADERS = {
         #define memset __builtin_memset
     """,
 }
-OPTIONS = [
-    "--target=wasm32",
-    "-ffreestanding",
-    "-nostdlib",
-    "-mbulk-memory",
-    "-msimd128",
-    "-Wl,--no-entry,--strip-all",
-]
+OPTIONS = ["--target=wasm32", "-ffreestanding", "-nostdlib", "-mbulk-memory", "-msimd128"]
+OPTIONS += ["-Wl,--no-entry,--strip-all"]
 SOURCES = [FOLDER / "live.c", CORE / "full_order.c", CORE / "replay.c"]
 
 
@@ -91,10 +85,12 @@ def _template() -> str:
     """The template of `pneumo init`, in which {{key}} marks the values that the page fills in."""
     text = TEMPLATE.read_text(encoding="utf-8").replace("C_dm3_per_sbar: 1.5", f"{FLOW}: 1", 1)
     for key in ("P_s_Pa", "bore_mm", "stroke_mm", "rod_mm", "mass_kg", FLOW, "valve_within_percent"):
-        text = re.sub(rf"^( *)(?:#~ )?{key}: [^ \n]+", rf"\1{key}: {{{{{key}}}}}", text, 1, re.MULTILINE)
+        text = re.sub(
+            rf"^( *)(?:#~ )?{key}: [^ \n]+", rf"\1{key}: {{{{{key}}}}}", text, count=1, flags=re.MULTILINE
+        )
     text = re.sub(r"amplitude_mm: [^ \n]+", "amplitude_mm: {{amplitude_mm}}", text)
     accuracy = "accuracy:\n  b: {{b}}\n  exhaust_percent: {{exhaust_percent}}\n"
-    return re.sub(r"^#~ accuracy:\n(#~ .*\n)+", accuracy, text, 1, re.MULTILINE)
+    return re.sub(r"^#~ accuracy:\n(#~ .*\n)+", accuracy, text, count=1, flags=re.MULTILINE)
 
 
 def _layout() -> dict[str, Any]:
@@ -103,13 +99,12 @@ def _layout() -> dict[str, Any]:
     chosen = study(configuration)
     experiments = list(chosen.experiments.values())
     plant, first = experiments[0].plant, experiments[0]
-    valve, gas, b = plant.valve, plant.gas, plant.gas.critical_ratio
-    lanes = [
-        {"row": row, "n": n if MODELS[row].has_n else None, "lane": lane(MODELS[row], n, gas.gamma)}
-        for row, n in product(MODELS, chosen.n)
-        if MODELS[row].has_n or n == chosen.n[0]
-    ]
-    lanes = [lanes[i] for i in np.argsort(needs(lane_array([each["lane"] for each in lanes])), kind="stable")]
+    valve, gas, conditions, b = plant.valve, plant.gas, plant.conditions, plant.gas.critical_ratio
+    cells = [(name, n) for name, n in product(MODELS, chosen.n) if MODELS[name].has_n or n == chosen.n[0]]
+    lanes = [lane(MODELS[name], n, gas.gamma) for name, n in cells]
+    order = np.argsort(needs(lane_array(lanes)), kind="stable").tolist()
+    rows = [(cells[i][0], cells[i][1] if MODELS[cells[i][0]].has_n else None, lanes[i]) for i in order]
+    rows.append((FULL_ORDER, None, full_order_lane(gas.gamma)))
     (uncertain,) = uncertainties(configuration).values()
     places = range(len(uncertain.names))
     unit = Uncertain(uncertain.names, tuple(tuple(float(i == j) for i in places) for j in places))
@@ -118,6 +113,10 @@ def _layout() -> dict[str, Any]:
     return {
         "plant": numbers_of(plant),
         "k_xu_per_flow": valve.k_xu / sonic_conductance(valve, gas) * conductance(FLOW, 1.0, b),
+        "supplies": {
+            P_s // 100_000 - 1: {"P_s": P_s, "P_0": equilibrium_pressure(P_s, conditions.P_atm, gas)}
+            for P_s in range(300_000, 1_200_000, 100_000)
+        },
         "flow_slope": (sensitivity[1] - sensitivity[0]) / 0.04,
         "dead_fraction": DEAD_FRACTION,
         "wall": {"product": product_, "factor": factor, "bores": measured_bores(), "growth": GROWTH},
@@ -132,7 +131,7 @@ def _layout() -> dict[str, Any]:
         "stroke_mm": 1e3 * plant.cylinder.stroke,
         "runs": chosen.seeds,
         "seeds": [initial_state(seed) for seed in seeds_of(first, DRAWS)],
-        "lanes": [*lanes, {"row": FULL_ORDER, "n": None, "lane": full_order_lane(gas.gamma)}],
+        "lanes": [{"row": name, "n": n, "lane": coefficients} for name, n, coefficients in rows],
         "psi": flow_polynomial(gas)[0],
         "rows": ROWS,
         "cost": sorted(ROWS, key=model_cost),
@@ -145,7 +144,6 @@ def _layout() -> dict[str, Any]:
         "tails": TAILS,
         "material": MATERIAL,
         "template": _template(),
-        "rule": CONVERSIONS[FLOW].rule,
     }
 
 
@@ -154,7 +152,7 @@ def assembled(code: bytes) -> str:
     text = (FOLDER / "page.html").read_text(encoding="utf-8")
     sources = [*SOURCES, *sorted(CORE.glob("*.h"))]
     digest = hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()
-    parts: Mapping[str, str] = {
+    parts = {
         "LAYOUT": json.dumps(_layout()).replace("</", r"<\/"),
         "WASM": base64.b64encode(code).decode(),
         "SOURCES": digest,
