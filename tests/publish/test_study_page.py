@@ -94,17 +94,13 @@ def test_cells_of_the_budget():
     assert (full["n"], full["measured"], full["model itself"]) == ("", "–", "0")
 
 
-def test_tables_fit_a_terminal():
+def test_the_table_fits_a_terminal():
     console = Console(width=80, record=True, file=io.StringIO())
     wide = answered(made(unknown=dict.fromkeys(GROUPS, 9.0), measured={"M6": 9e3}))
-    for table in [terminal_tables.budget_table(wide), *terminal_tables.study_tables(wide)]:
-        console.print(table)
+    console.print(terminal_tables.budget_table(wide))
     text = console.export_text()
-    assert all(f" M{i} " in text for i in range(1, 11))
-    assert "…" not in text and "temperature law" in text
-    assert "1.25 (1.25 to 1.25)" in text  # on one line
+    assert all(f" M{i} " in text for i in range(1, 11)) and "…" not in text
     assert "full order " in text and "together" in text and "volumes" in text
-    assert "mine: X, 4 runs each" in text
 
 
 @pytest.mark.slow
