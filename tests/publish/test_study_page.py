@@ -99,7 +99,7 @@ def test_the_table_fits_a_terminal():
     wide = answered(made(unknown=dict.fromkeys(GROUPS, 9.0), measured={"M6": 9e3}))
     console.print(terminal_tables.budget_table(wide))
     text = console.export_text()
-    assert all(f" M{i} " in text for i in range(1, 11)) and "…" not in text
+    assert all(f"M{i} " in text for i in range(1, 11)) and "…" not in text
     assert "full order " in text and "together" in text and "volumes" in text
 
 
