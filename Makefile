@@ -157,7 +157,7 @@ lock: .venv/.study  ## write both locks again from pyproject.toml (UPGRADE=1: ne
 	@echo "== lock: requirements.lock, requirements-dev.lock"
 	$(activate)
 	$(compile) $(study_extras) --output-file requirements.lock pyproject.toml
-	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu --extra parquet --extra formats \
+	$(compile) $(study_extras) --extra dev --extra docs --extra control --extra fmu --extra parquet --extra formats \
 	    --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
 
 lock-check: .venv/.study  ## is there a wheel of every locked package for Linux on x86-64 and aarch64 and for macOS 15 on arm64
