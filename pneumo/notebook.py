@@ -26,9 +26,9 @@ from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import uncertainties
 from pneumo.equations.chamber_rate import model_row
 from pneumo.errors import InputError, printable
+from pneumo.export import exported, write_files
 from pneumo.fitting.closed.closed_fit import fit_closed
 from pneumo.fitting.closed.thermal_time_constant import since
-from pneumo.export import exported, write_files
 from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
 from pneumo.fitting.fitted_parameters import FULL_ORDER, QUANTITIES
 from pneumo.fitting.fitted_yaml import fitted_configuration
