@@ -19,7 +19,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench fuzz torture determinism sanitize slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs live lint bench fit-bench fuzz torture determinism sanitize slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -72,6 +72,11 @@ docs: .venv/.dev  ## build the documentation into site/; a warning is an error
 	@echo "== docs: sphinx-build docs site"
 	$(activate)
 	sphinx-build --jobs $(JOBS) --quiet --fail-on-warning --keep-going --nitpicky docs site
+
+live: .venv/.dev  ## compile the page of `pneumo live` again, after a change of the core or the models (needs clang, lld)
+	@echo "== live: pneumo/publish/pages/live/live.html"
+	$(activate)
+	python -m pneumo.publish.pages.live_page
 
 fuzz: .venv/.dev  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
 	@echo "== fuzz: pytest tests/cli/test_fuzz.py"
@@ -152,7 +157,7 @@ lock: .venv/.study  ## write both locks again from pyproject.toml (UPGRADE=1: ne
 	@echo "== lock: requirements.lock, requirements-dev.lock"
 	$(activate)
 	$(compile) $(study_extras) --output-file requirements.lock pyproject.toml
-	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu --extra parquet --extra formats \
+	$(compile) $(study_extras) --extra dev --extra docs --extra control --extra fmu --extra parquet --extra formats \
 	    --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
 
 lock-check: .venv/.study  ## is there a wheel of every locked package for Linux on x86-64 and aarch64 and for macOS 15 on arm64

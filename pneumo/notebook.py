@@ -8,10 +8,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal
 
+import numpy as np
 import pandas as pd
 import xarray as xr
+from markupsafe import escape
 from matplotlib.figure import Figure
 
 from pneumo.configuration.configured_dynamics import configured_dynamics
@@ -23,6 +26,7 @@ from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import uncertainties
 from pneumo.equations.chamber_rate import model_row
 from pneumo.errors import InputError, printable
+from pneumo.export import exported, write_files
 from pneumo.fitting.closed.closed_fit import fit_closed
 from pneumo.fitting.closed.thermal_time_constant import since
 from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
@@ -36,10 +40,11 @@ from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.settings import MOST_STEPS, PART
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.fit_figures import record_figure, residual_figure
+from pneumo.publish.figures.fit_figures import pair_figure, record_figure, residual_figure
 from pneumo.publish.figures.study_figures import budget_figure
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.pages.study_page import check_folder, save_study
+from pneumo.publish.text.formatting import preformatted
 from pneumo.publish.text.terminal_tables import study_text
 from pneumo.selection.answer import Answer, answers, export_command
 from pneumo.selection.cylinder_ranking import run_study, selected
@@ -104,6 +109,40 @@ class RecordFit:
         model = FULL_ORDER if FULL_ORDER in models else models[0]
         return self.result.correlation(model)
 
+    def plot_pairs(self, model: str | None = None) -> Figure:
+        """Figure of the intervals of a model's parameters and of the regions of each pair.
+
+        By default of the full order, or else of the best model.
+        """
+        return pair_figure(self.result, model or self.result.model_of_rig)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Measured and replayed pressures, estimates and errors, as ``fit.nc`` has them."""
+        return self.result.data
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Estimates, as the attribute `estimates`."""
+        return self.estimates
+
+    def export(self, file: Path | str, model: str = FULL_ORDER, to: str = "c") -> list[Path]:
+        """Write a fitted model as source code or FMU, as `pneumo export` does from ``fitted.yaml``."""
+        with TemporaryDirectory() as folder:
+            text = Path(folder, "fitted.yaml")
+            text.write_text(self._fitted(), encoding="utf-8")
+            fitted = load(text)
+        has_n = model in MODELS and MODELS[model].has_n
+        n = self.result.estimates(model)["n"].value if has_n else None
+        return _export(fitted, self.cylinder, model, n, to, file)
+
+    def _fitted(self) -> str:
+        """Text of ``fitted.yaml``."""
+        rest = self.configuration, self.cylinder, self.plant, self.result, self._record
+        return fitted_configuration(*rest, T=self.measurement.T)
+
+    @property
+    def _record(self) -> str:
+        return ", ".join(Path(name).name for name in self.measurement.name.split(", "))
+
     def plot_record(self) -> Figure:
         """Figure of the record's signals as the fit read them."""
         return record_figure(self.measurement)
@@ -134,11 +173,8 @@ class RecordFit:
         folder = Path(folder)
         check_output(folder)
         self.result.save(in_SI(self.configuration).config_sha256, folder / "fit.nc")
-        name = ", ".join(Path(name_of_file).name for name_of_file in self.measurement.name.split(", "))
-        T = self.measurement.T
-        write_text(fit_page(self.result, name), folder / "fit.html")
-        rest = self.configuration, self.cylinder, self.plant, self.result, name
-        write_text(fitted_configuration(*rest, T=T), folder / "fitted.yaml")
+        write_text(fit_page(self.result, self._record), folder / "fit.html")
+        write_text(self._fitted(), folder / "fitted.yaml")
 
     def __repr__(self) -> str:
         """Text of at most ten lines: errors on the part held out, the rig's parameters, warnings."""
@@ -158,7 +194,7 @@ class RecordFit:
 
     def _repr_html_(self) -> str:
         """Table of the estimates with warnings, for notebooks."""
-        warnings = "".join(f"<p><strong>Warning:</strong> {_escaped(text)}</p>" for text in self.warnings)
+        warnings = "".join(f"<p><strong>Warning:</strong> {escape(text)}</p>" for text in self.warnings)
         return warnings + self.estimates.to_html(float_format="{:.4g}".format)
 
 
@@ -168,6 +204,7 @@ class ModelStudy:
 
     study: Study
     cells: xr.Dataset  #: errors of every model, run and drawn cylinder
+    configuration: Configuration
     files: tuple[str, ...] = ()  #: of the configuration, for the commands of the text
 
     @cached_property
@@ -185,6 +222,13 @@ class ModelStudy:
         """Errors of every model, run and drawn cylinder, as ``study.nc`` has them."""
         return self.cells
 
+    def export(self, file: Path | str, to: str = "c", cylinder: str | None = None) -> list[Path]:
+        """Write the recommended model of a cylinder, by default the first, as source code or FMU."""
+        answer = next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
+        chosen = answer.contender(answer.chosen)
+        n = None if np.isnan(chosen.row.n) else chosen.row.n
+        return _export(self.configuration, answer.ranking.cylinder, chosen.exported_name, n, to, file)
+
     def save(self, folder: Path | str) -> tuple[Path, Path]:
         """Write study.html and study.nc into a folder; return their paths."""
         check_folder(Path(folder))
@@ -196,8 +240,7 @@ class ModelStudy:
         return study_text(self.answers, self.study, self.files)
 
     def _repr_html_(self) -> str:
-        """Same text, for notebooks."""
-        return f"<pre>{_escaped(repr(self))}</pre>"
+        return preformatted(self)
 
 
 def study(
@@ -230,7 +273,7 @@ def study(
     content = configuration if isinstance(configuration, Configuration) else load(Path(configuration))
     chosen = selected(in_SI(content), cylinders, experiments)
     chosen = chosen._replace(seeds=seeds or chosen.seeds)
-    return ModelStudy(chosen, run_study(chosen, threads, uncertain=uncertainties(content)), files)
+    return ModelStudy(chosen, run_study(chosen, threads, uncertain=uncertainties(content)), content, files)
 
 
 _SAMPLING = {"held": HELD, "linear": INTERPOLATED}
@@ -244,8 +287,16 @@ def _check(option: str, value: str, allowed: Iterable[str]) -> None:
         raise InputError(f"{option} = {printable(str(value), 30)!r}: must be one of {', '.join(allowed)}")
 
 
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;")
+def _export(
+    configuration: Configuration, cylinder: str, model: str, n: float | None, to: str, file: Path | str
+) -> list[Path]:
+    """Write a model of a configured cylinder as `pneumo export` does; return the files' paths."""
+    file, plant = Path(file), configured_plant(in_SI(configuration), cylinder)
+    dynamics = configured_dynamics(configuration, cylinder)
+    first, *rest = exported(model, n, plant, to, stem=file.stem, dynamics=dynamics).items()
+    files = {file.name: first[1], **dict(rest)}
+    write_files(files, file.parent)
+    return [file.parent / name for name in files]
 
 
 def _configuration(configuration: Configuration | Path | str) -> Configuration:

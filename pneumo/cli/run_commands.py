@@ -1,4 +1,4 @@
-"""``pneumo simulate``: a run of a configured cylinder from any start, such as its first stroke.
+"""``pneumo simulate``: a run of a configured cylinder; ``pneumo live``: a page that does it in the browser.
 
 Modules are imported inside the function, so that help and errors of usage are fast.
 """
@@ -103,6 +103,26 @@ def simulate(
     typer.echo(run)
     if output is not None:
         _write(run, output, configured.config_sha256)
+
+
+def live(
+    output: Annotated[Path | None, output_to("file for a copy of the page, instead of opening it")] = None,
+) -> None:
+    """Open the page that studies and simulates a cylinder in the browser.
+
+    It is one file and loads nothing else.
+    """
+    import webbrowser
+
+    from pneumo.publish.pages.live_page import PAGE
+    from pneumo.storage.files import write_text
+
+    if output is None:
+        typer.echo(PAGE)
+        webbrowser.open(PAGE.as_uri())
+    else:
+        write_text(PAGE.read_text(encoding="utf-8"), output)
+        typer.echo(f"{output}: written")
 
 
 def _start(plant: Any, text: str) -> Any:

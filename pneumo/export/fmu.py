@@ -8,7 +8,8 @@ import zipfile
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
-from typing import Any, Literal
+from importlib.util import find_spec
+from typing import Any, Literal, NamedTuple
 
 from sympy import Symbol
 
@@ -21,6 +22,24 @@ from pneumo.export.printing import Printed, digits, heading, printed, validity
 from pneumo.physics.cylinder import Side
 
 COMPILER = "gcc"
+
+
+class Platform(NamedTuple):
+    """A platform of FMUs: zig's name, the folders of both versions of FMI, and the suffix of a library."""
+
+    target: str
+    fmi_2: str  #: empty where FMI 2 has no name for it
+    fmi_3: str
+    suffix: str
+
+
+PLATFORMS = (
+    Platform("x86_64-linux-gnu.2.28", "linux64", "x86_64-linux", ".so"),
+    Platform("aarch64-linux-gnu.2.28", "", "aarch64-linux", ".so"),
+    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll"),
+    Platform("x86_64-macos", "darwin64", "x86_64-darwin", ".dylib"),
+    Platform("aarch64-macos", "", "aarch64-darwin", ".dylib"),
+)
 STEP = 1e-3  # s, longest inside a step of co-simulation
 REFERENCES = {"PARAMETER": 100, "INPUT": 200, "STATE": 300, "RATE": 400, "KINK": 500}
 GAS = ("R", "gamma_", "sonic_coefficient", "critical_ratio")  # depend on each other: not to be tuned alone
@@ -147,7 +166,9 @@ def _variables(
 
 
 def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
-    """FMU of a system, as the bytes of its file, with C sources and, on Linux with gcc, a binary.
+    """FMU of a system, as the bytes of its file, with C sources, and binaries if a compiler is installed.
+
+    ziglang compiles for Linux, Windows and macOS, gcc for the Linux on which it runs.
 
     `fmi` is the version of the standard. The bytes are the same on every run.
 
@@ -195,17 +216,24 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
     files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
     if fmi == 3:
         files["sources/buildDescription.xml"] = text("build.xml").encode()
-    return _packed(files | _binary(system.name, sources, fmi))
+    return _packed(files | _binaries(system.name, sources, fmi))
 
 
-def _binary(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
-    """Linux binary of the FMU, by its path in the FMU; empty on other systems and without gcc."""
-    machine = platform.machine()
-    if sys.platform != "linux" or shutil.which(COMPILER) is None or (fmi == 2 and machine != "x86_64"):
-        return {}
-    folder = "linux64" if fmi == 2 else f"{machine}-linux"
+def _binaries(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
+    """Binaries by their paths in the FMU: of all `PLATFORMS` with ziglang, else of this Linux with gcc."""
+    if find_spec("ziglang") is not None:
+        compilers = {of: [sys.executable, "-m", "ziglang", "cc", "-target", of.target] for of in PLATFORMS}
+    elif sys.platform == "linux" and shutil.which(COMPILER) is not None:
+        compilers = {of: [COMPILER] for of in PLATFORMS if of.fmi_3 == f"{platform.machine()}-linux"}
+    else:
+        compilers = {}
     flags = ["-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s"]
-    return {f"binaries/{folder}/{name}.so": compiled([COMPILER, *flags], sources, "model.so", ["-lm"])}
+    binaries = dict[str, bytes]()
+    for of, compiler in compilers.items():
+        if folder := of.fmi_2 if fmi == 2 else of.fmi_3:
+            file = f"binaries/{folder}/{name}{of.suffix}"
+            binaries[file] = compiled([*compiler, *flags], sources, f"model{of.suffix}", ["-lm"])
+    return binaries
 
 
 def _packed(files: dict[str, bytes]) -> bytes:

@@ -7,7 +7,6 @@ include: "publish.smk"
 include: "second_paper.smk"
 include: "cylinder_ranking.smk"
 include: "evidence.smk"
-include: "live.smk"
 include: "manuscript.smk"
 
 

@@ -1,5 +1,7 @@
 """Figures of a record and of its fit: signals, pressures with residuals, and every model's error."""
 
+import itertools
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -15,6 +17,7 @@ MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
 EVENT_COLORS = {"jitter": "#f1c40f", "held": "#95a5a6", "saturated": "#c0392b", "dropout": "#e67e22"}
 FEW_SAMPLES = 200  # fewer are drawn as points
 LONGEST_LAG = 0.2  # s, of an autocorrelation
+ONE_ALONE, TWO_AT_ONCE = 1.96, 2.448  # standard deviations that hold 95 % of one normal quantity, of two
 
 
 @paper_style()
@@ -121,6 +124,40 @@ def diagnosis_figure(fit: FitResult) -> Figure:
     right.set_xticks(range(len(names)), map(str, range(1, len(names) + 1)))
     right.set_yticks(range(len(names)), names)
     right.set_title(f"correlation of {model}'s parameters: red 1, blue -1")
+    return fig
+
+
+@paper_style()
+def pair_figure(fit: FitResult, model: str) -> Figure:
+    """Intervals of a model's parameters on the diagonal; below it 95 % regions of each pair.
+
+    The regions are ellipses from the 95 % intervals and the correlation.
+    """
+    table, intervals = fit.correlation(model), fit.estimates(model)
+    names = [name for name in map(str, table.index) if intervals[name].known]
+    fig = new_figure(DOUBLE_MM, DOUBLE_MM)
+    axes = fig.subplots(len(names), len(names), squeeze=False, sharex="col")
+    angle = np.linspace(0, 2 * np.pi, 100)
+    shown = {name: intervals[name].scaled(QUANTITIES[name].factor) for name in names}
+    half = {name: (of.high - of.low) / 2 for name, of in shown.items()}
+    for (i, below), (j, across) in itertools.product(enumerate(names), repeat=2):
+        ax, x = axes[i, j], shown[across]
+        if j > i:
+            ax.set_visible(False)
+        elif i == j:
+            ax.plot([x.low, x.high], [0, 0], color=INK)
+            ax.plot(x.value, 0, "o", color=ACCENT)
+            ax.set_yticks([])
+        else:
+            r, y = float(table.loc[below, across]), shown[below]
+            scale = TWO_AT_ONCE / ONE_ALONE
+            rise = r * np.cos(angle) + (1 - r**2) ** 0.5 * np.sin(angle)
+            ax.plot(x.value + scale * half[across] * np.cos(angle), y.value + scale * half[below] * rise)
+            ax.plot(x.value, y.value, "o", color=ACCENT)
+        if j == 0:
+            ax.set_ylabel(axis_label(QUANTITIES[below].heading, QUANTITIES[below].shown_unit))
+        if i == len(names) - 1:
+            ax.set_xlabel(axis_label(QUANTITIES[across].heading, QUANTITIES[across].shown_unit))
     return fig
 
 

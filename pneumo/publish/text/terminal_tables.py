@@ -15,7 +15,7 @@ from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.selection.answer import Answer, Contender, export_command
-from pneumo.statistics.intervals import CONFIDENCE, Interval
+from pneumo.statistics.intervals import Interval
 from pneumo.statistics.ranking import RankedModel
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ def _table(
 STUDY_HEADS = (
     *("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "geom.", "wins", "A (kPa)", "B (kPa)"),
 )
-IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
 BUDGET_TITLE = (
     "RMS error (kPa) on cylinders drawn from what is not known: expected, 95 % interval, and the parts"
     " that each unknown and the model itself cause"
@@ -122,20 +121,6 @@ def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (
             console.print(f"Left out: {reason}.", markup=False)
     assert isinstance(console.file, StringIO)
     return "\n".join(line.rstrip() for line in console.file.getvalue().splitlines())
-
-
-def study_tables(answer: Answer) -> list[Table]:
-    """Ranking of the models if everything is known, and gain of each refinement, of one cylinder."""
-    ranking = answer.ranking
-    intervals = f"intervals {100 * CONFIDENCE:.0f} % over seeds"
-    title = f"{ranking.cylinder}: {', '.join(ranking.experiments)}, {ranking.runs} runs each; {intervals}"
-    title += "; everything known"
-    rows = (ranking_cells(row)[:IN_TERMINAL] for row in ranking.rows)
-    gains = ((g.refinement, f"{g.without} to {g.refined}", gain_text(g.percent)) for g in ranking.gains)
-    return [
-        _table(title, STUDY_HEADS[:IN_TERMINAL], rows, answer.chosen, numbers=True),
-        _table("Reduction of the MSE", ("refinement", "models", "gain"), gains),
-    ]
 
 
 # --- pneumo fit ------------------------------------------------------------------------------------
