@@ -28,7 +28,7 @@ from structured_text import Block, parsed  # pyright: ignore[reportMissingImport
 
 PICTURE = Path(__file__).parent / "static/vented.svg"
 STATES = ("x", "v", "P_A", "T_A", "P_B", "T_B")
-H, STEPS, FINE = 1e-3, 600, 100  # s; steps; of the reference in one of these
+H, STEPS, SHOWN, FINE = 1e-3, 600, 200, 100  # s; steps; of these in the picture; of the reference in one
 DRIVER = """\
 #include "full.h"
 #ifdef __wasm__
@@ -149,17 +149,17 @@ def figure(made: dict[str, np.ndarray]) -> Figure:
     """Draw position, pressures and temperatures of all programs over each other."""
     fig = new_figure(150, 75)
     axes = fig.subplots(1, 3)
-    t = 1e3 * H * np.arange(STEPS + 1)
+    t = 1e3 * H * np.arange(SHOWN + 1)
     styles = dict(zip(made, ("-", "--", "-.", ":", (0, (1, 3)), (0, (4, 4))), strict=True))
     for name, states in made.items():
         looks = {"ls": styles[name], "lw": 1.0}
         looks |= {"lw": 2.4, "color": "0.75"} if name == "reference" else {}
         for ax, columns, scale in zip(axes, ([0], [2, 4], [3, 5]), (1e3, 1e-3, 1.0), strict=True):
-            lines = ax.plot(t, scale * states[:, columns], **looks)
+            lines = ax.plot(t, scale * states[: SHOWN + 1, columns], **looks)
             lines[0].set_label(name)
             lines[-1].set_color(lines[0].get_color())
     for ax, label in zip(axes, ("$x$ (mm)", "$P_A$, $P_B$ (kPa)", "$T_A$, $T_B$ (K)"), strict=True):
-        ax.set(xlabel="t (ms)", ylabel=label, xlim=(0, 200))
+        ax.set(xlabel="t (ms)", ylabel=label, xlim=(0, t[-1]))
     axes[0].legend()
     return fig
 
