@@ -107,9 +107,8 @@ def c99(
     *,
     derivatives: bool = False,
     noise: ObserverNoise | None = None,
-    tested: bool = True,
 ) -> dict[str, str]:
-    """Files of a system in C99: source, header and, if `tested`, test program, by their names.
+    """Files of a system in C99: source, header and test program, by their names.
 
     With `kinks` the source also has a function that evaluates them; with `derivatives`, one for directional
     derivatives of the rates; with `noise`, the observer that assumes this noise.
@@ -144,7 +143,7 @@ def c99(
         "opened": _body(parts.valve, precision, printer),
         "chamber": _body(parts.chamber, precision, printer),
         "piston": _body(parts.piston, precision, printer),
-        "stops": _body(parts.stops, precision, printer) if noise or not tested else "",
+        "stops": _body(parts.stops, precision, printer) if noise else "",
         "v_before": bool(system.plant.cylinder.coulomb),
         "substep": {name: _body(part, precision, printer) for name, part in substep._asdict().items()},
         "lengths": {name: f"{value:g}{suffix}" for name, value in LENGTHS.items()},
@@ -155,7 +154,7 @@ def c99(
         "opened_changes": "",
         "chamber_changes": "",
         "piston_changes": "",
-        "vectors": _vectors(system, suffix) if tested else (),
+        "vectors": _vectors(system, suffix),
         "scale": "{" + _listed(scale(system), suffix) + "}",
         "tolerance": TOLERANCE[precision],
     }
@@ -169,7 +168,7 @@ def c99(
         known |= {key: _body(changed, precision, printer) for key, changed in changes.items()}
     if noise:
         known |= _observer(system, noise, precision)
-    templates = {"source": "model.c.j2", "header": "model.h.j2"} | ({"test": "test.c.j2"} if tested else {})
+    templates = {"source": "model.c.j2", "header": "model.h.j2", "test": "test.c.j2"}
     return {names[key]: TEMPLATES.get_template(name).render(known) for key, name in templates.items()}
 
 
