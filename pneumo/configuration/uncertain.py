@@ -61,15 +61,16 @@ class Uncertain(NamedTuple):
         place = self.names.index(name)
         return SIGMAS * self.covariance[place][place] ** 0.5
 
-    def known(self, group: str, deviations: np.ndarray) -> np.ndarray:
-        """Deviations, shape (draw, quantity), if the quantities of a group were measured to be as configured.
+    def alone(self, group: str, deviations: np.ndarray) -> np.ndarray:
+        """Deviations, shape (draw, quantity), if only the quantities of a group deviate.
 
-        The others move with them as far as they are correlated (Matheron's rule).
+        The others move with them as far as they are correlated. The rest, which would remain if the group
+        were known, is independent of it (Matheron's rule).
         """
         inside = np.array([QUANTITIES[name].group == group for name in self.names])
         covariance = np.array(self.covariance)
         gain = np.linalg.pinv(covariance[np.ix_(inside, inside)]) @ covariance[inside]
-        return deviations - deviations[:, inside] @ gain
+        return deviations[:, inside] @ gain
 
     def text(self, name: str) -> str:
         """Quantity with its limit, such as "C ± 10 %"."""

@@ -61,12 +61,9 @@ class Ranking(NamedTuple):
 
 
 def cost(model: Model) -> tuple[int, int, int, int]:
-    """Sort key that puts simpler models first: by wall heat, then polytropic temperature, n and mixing.
-
-    Wall heat comes first since its k_0 must be measured.
-    """
+    """Sort key that puts simpler models first: by polytropic temperature, then wall heat, n and mixing."""
     wall = ("none", "k_0", "lambda_0 A_q", "lambda A_q").index(model.wall)
-    return wall, int(model.temperature == "polytropic"), int(model.has_n), int(model.mixing)
+    return int(model.temperature == "polytropic"), wall, int(model.has_n), int(model.mixing)
 
 
 def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
