@@ -4,7 +4,7 @@ const study = (() => {
   const draws = new Float64Array(Uint8Array.from(atob(layout.draws), (c) => c.charCodeAt(0)).buffer);
   const count = draws.length / layout.most_runs;
   const NUMBER = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?$/;
-  const TOLD = ["k_0_factor", "k_0_W_per_K"]; // follow from k_0_low and k_0_high
+  const TOLD = ["k_0_W_per_K"]; // follows from k_0_low and k_0_high
 
   // Mass flow, kg/s, by ISO 6358.
   const flow = (b, area, P_u, P_d) => {
@@ -44,7 +44,7 @@ const study = (() => {
     const told = {...texts};
     TOLD.forEach((key) => delete told[key]);
     const {k_0, factor, asCatalogue} = plant(texts);
-    if (!asCatalogue) Object.assign(told, {k_0_W_per_K: String(k_0), k_0_factor: String(factor)});
+    if (!asCatalogue) told.k_0_W_per_K = `${k_0} ± ${100 * (factor - 1)} %`;
     for (const key of Object.keys(told)) {
       told[key] = told[key].trim();
       if (!told[key]) delete told[key]; else if (NUMBER.test(told[key])) told[key] = String(Number(told[key]));
@@ -84,14 +84,17 @@ const study = (() => {
         const noFlow = {key: C, line: `${path}`.replace(/b$/, `${C}: missing; must be ${allowed(C)}; or give ${layout.flows}`)};
         if (key === "b" && !(C in told) && !(key in told)) return noFlow;
         if (!(key in told) && (value === null || key === C || key === "b")) continue;
-        const text = told[key] ?? "None", x = NUMBER.test(text) ? Number(text) : NaN;
+        const whole = told[key] ?? "None", [, number, percent] = /^(.*) ± (.*) %$/.exec(whole) ?? [];
+        const uncertain = NUMBER.test(number ?? "") && NUMBER.test(percent ?? ""), text = uncertain ? number : whole;
+        const x = NUMBER.test(text) ? Number(text) : NaN;
+        if (uncertain && !(percent >= 0 && percent <= 1e4)) return {key, line: `${path} = '${whole}': the uncertainty must be 0 to 10000 %`};
         if (x > (bounds.gt ?? -Infinity) && x >= (bounds.ge ?? -Infinity)
           && x < (bounds.lt ?? Infinity) && x <= (bounds.le ?? Number.MAX_VALUE)) {
           if (key !== "b" || C in told) continue; // C may be left out, for a nominal flow
           return noFlow;
         }
         let shown = text === "None" || Number.isInteger(x) ? text : `'${text}'`;
-        if (!Number.isInteger(x) && !Number.isNaN(x)) shown = repr(x);
+        if ((uncertain || !Number.isInteger(x)) && !Number.isNaN(x)) shown = repr(x);
         return {key, line: `${path} = ${shown}: must be ${allowed(key)}${Number.isNaN(x) ? comma(text) : hint(key, x)}`};
       }
       return null;
@@ -216,8 +219,8 @@ const study = (() => {
   const {general} = study;
   const form = element("fields"), texts = {}, inputs = {}, defaults = {};
   const WALL = [["k_0_low", "lowest k₀ of a chamber's wall"], ["k_0_high", "highest k₀"]];
-  const made = layout.fields.flatMap((field) => (field.key === "k_0_factor" ? WALL.map(([key, words]) => ({key, words, unit: "W/K", value: null, catalogue: true})) : [field]));
-  for (const {key, words, unit, value, catalogue} of made.filter(({key}) => key !== "k_0_W_per_K")) {
+  const made = layout.fields.flatMap((field) => (field.key === "k_0_W_per_K" ? WALL.map(([key, words]) => ({key, words, unit: "W/K", value: null, catalogue: true})) : [field]));
+  for (const {key, words, unit, value, catalogue} of made) {
     const label = document.createElement("label"), input = document.createElement("input"), small = document.createElement("small");
     Object.assign(input, {id: key, type: "text", inputMode: "decimal", autocomplete: "off", value: value ?? ""});
     small.textContent = `${words}${unit ? `, ${unit}` : ""}`;

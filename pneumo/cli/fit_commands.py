@@ -190,7 +190,7 @@ def fit(
             for record in records:
                 check_columns(record, plant, command=rule)
         causes = fitted_too(also or (), measured, configured_dynamics(configuration, named))
-        known = accuracy(configuration, position_shown(measured, plant))
+        known = accuracy(configuration, position_shown(measured, plant), named)
         fitted = fit_measurement(
             measured, plant, names, command=rule, part=part, also=causes, known=known, progress=say
         )

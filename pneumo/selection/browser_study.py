@@ -34,7 +34,6 @@ FIELDS = {
     (*MINE, "coulomb_N"): "N",
     (*MINE, "valve", "C_dm3_per_sbar"): "dm³/(s bar)",
     (*MINE, "valve", "b"): "",
-    (*MINE, "k_0_factor"): "",
     (*MINE, "open_loop", "amplitude_V"): "V",
     (*MINE, "closed_loop", "amplitude_mm"): "mm",
     (*MINE, "closed_loop", "k_p_V_per_m"): "V/m",

@@ -59,7 +59,7 @@ def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
         line = "".join(f"<td>{text}</td>" for text in budget_cells(contender, answer))
         assert line in page
     assert "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])
-    assert page.count("<img") == 5
+    assert page.count("<img") == 3
     assert MARK in page[:1000]
     assert not re.findall(r'(?:src|href)="(?!data:|https://doi\.org/)[^"]*"', page)
     assert "<script" not in page

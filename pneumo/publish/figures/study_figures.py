@@ -11,40 +11,12 @@ from pneumo.publish.style import DOUBLE_MM, GREY, INK, axis_label, new_figure, p
 from pneumo.publish.text.formatting import KILO
 from pneumo.selection.answer import Answer
 from pneumo.statistics.error_budget import FULL_ORDER
-from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import Ranking
 
 RMS = axis_label("RMS error", "kPa")
 SHOWN_S = 2.0  # length of the traces
 MOST_SHOWN = 4.0  # times the lowest error: models with more have no bar
 PART_COLORS = ("#2f74b5", "#f0922f", "#007a62", "#8a6d1f", "#6b6b6b")  # of the groups, then of the model
-
-
-@paper_style()
-def ranking_figure(ranking: Ranking) -> Figure:
-    """Draw every model's RMS error with its interval, best on top."""
-    fig = new_figure(DOUBLE_MM, 74)
-    ax = fig.subplots()
-    rows = [row for row in ranking.rows if np.isfinite(row.mse.value)]
-    for y, row in enumerate(rows):
-        look = MODEL_LOOKS[row.model]
-        rms, low, high = (max(value, 0.0) ** 0.5 / KILO for value in row.mse)
-        if row.mse.known:
-            # The lower end may be zero or below, which a logarithmic axis cannot show.
-            ax.plot([low or rms / 10, high], [y, y], color=look.color, lw=1.4)
-        ax.plot(rms, y, marker=look.marker, color=look.color, ls="none", ms=5)
-        n = f", $n$ = {row.n:g}" if np.isfinite(row.n) else ""
-        end = (high if row.mse.known else rms, y)
-        ax.annotate(f"{rms:.3g} kPa{n}", end, (6, 0), textcoords="offset points", va="center")
-    values = [row.mse.value**0.5 / KILO for row in rows]
-    ax.set_xscale("log")
-    ax.set_xlim(0.7 * min(values), 2.6 * max(values))
-    ax.set_yticks(range(len(rows)), [symbol(row.model) for row in rows])
-    ax.invert_yaxis()
-    ax.set_xlabel(f"{RMS}, bars: {100 * CONFIDENCE:.0f} % over seeds")
-    ax.grid(axis="x")
-    one_two_five(ax.xaxis)
-    return fig
 
 
 @paper_style()
@@ -95,31 +67,6 @@ def error_over_n(cells: xr.Dataset, ranking: Ranking) -> Figure:
     ax.set_ylabel(RMS)
     ax.grid()
     fig.legend(loc="outside right upper")
-    return fig
-
-
-@paper_style()
-def gain_figure(ranking: Ranking) -> Figure:
-    """Draw the reduction of the mean square error by each refinement, with its interval."""
-    fig = new_figure(DOUBLE_MM, 62)
-    ax = fig.subplots()
-    for y, gain in enumerate(ranking.gains):
-        value, low, high = gain.percent
-        if not np.isfinite(value):
-            continue
-        color = MODEL_LOOKS[gain.refined].color
-        if gain.percent.known:
-            ax.plot([low, high], [y, y], color=color, lw=1.4)
-        ax.plot(value, y, "o", color=color)
-        ax.annotate(f"{value:.0f} %", (value, y), (0, 5), textcoords="offset points", ha="center")
-    ax.axvline(0, color=INK, lw=0.8)
-    pairs = (f"{symbol(gain.without)} to {symbol(gain.refined)}" for gain in ranking.gains)
-    words = (gain.refinement.replace("A_q", "$A_q$") for gain in ranking.gains)
-    names = [f"{word}: {pair}" for word, pair in zip(words, pairs, strict=True)]
-    ax.set_yticks(range(len(names)), names)
-    ax.set_ylim(len(ranking.gains) - 0.4, -0.8)
-    ax.set_xlabel("reduction of the mean square error (per cent; negative: increase)")
-    ax.grid(axis="x")
     return fig
 
 

@@ -75,19 +75,13 @@ def _pictures(cells: xr.Dataset, answer: Answer) -> list[tuple[str, str]]:
         "Expected RMS error of each model, divided by what causes it; lines: 95 % of the drawn cylinders;"
         " diamonds: measured on data held out of a fit. Models far above the others are left out."
     )
-    best = (
-        "RMS error of each model if k_0 is known, both chambers together, at the one n that is best for"
-        " both chambers and all experiments."
-    )
     over = "RMS error over n, both chambers together; marks: the best n of the grid."
     first = (
         "position, full-order pressures, and full-order minus reduced pressure (chamber A solid, B dashed)."
     )
     pictures = [
         (study_figures.budget_figure(answer), budget),
-        (study_figures.ranking_figure(ranking), best),
         (study_figures.error_over_n(cells, ranking), over),
-        (study_figures.gain_figure(ranking), "Gain of each refinement, from paired runs."),
     ]
     for name in ranking.experiments:
         if not int(cells["run_status"].sel(experiment=name).values[0]):
