@@ -34,8 +34,6 @@ def named_sections(node: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 def allowed(node: Mapping[str, Any]) -> str:
     """Return the allowed values of a field in words, from its schema."""
-    if node.get("uncertain"):
-        return f"{allowed({**node, 'uncertain': False})}, also with ± and its uncertainty"
     node = resolved(node)
     if "anyOf" in node:
         return " or ".join(allowed(option) for option in node["anyOf"] if option.get("type") != "null")

@@ -345,7 +345,7 @@ def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
 def test_an_uncertainty_that_cannot_be_is_refused(tmp_path, override, line):
     file = tmp_path / "mine.yaml"
     file.write_text(override, encoding="utf-8")
-    with pytest.raises(ConfigurationError, match="mine.yaml") as error:
+    with pytest.raises(ConfigurationError, match=r"mine\.yaml") as error:
         load(TEMPLATE, file)
     assert line in str(error.value)
 
