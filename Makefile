@@ -19,7 +19,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs lint bench fit-bench crosscheck fuzz torture determinism sanitize slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs live lint bench fit-bench fuzz torture determinism sanitize slurm-test wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -73,10 +73,10 @@ docs: .venv/.dev  ## build the documentation into site/; a warning is an error
 	$(activate)
 	sphinx-build --jobs $(JOBS) --quiet --fail-on-warning --keep-going --nitpicky docs site
 
-crosscheck: .venv/.dev  ## run the equations once more in GNU Octave, where it is installed, and compare
-	@echo "== crosscheck: octave-cli tests/crosscheck/crosscheck.m"
+live: .venv/.dev  ## compile the page of `pneumo live` again, after a change of the core or the models (needs clang, lld)
+	@echo "== live: pneumo/publish/pages/live/live.html"
 	$(activate)
-	python -m tests.crosscheck.octave
+	python -m pneumo.publish.pages.live_page
 
 fuzz: .venv/.dev  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
 	@echo "== fuzz: pytest tests/cli/test_fuzz.py"
@@ -104,13 +104,12 @@ sanitize: .venv/.dev  ## run the core's tests under the sanitizers of addresses 
 	export LD_PRELOAD="$$(gcc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONPATH="$$PWD"
 	pytest -n $(JOBS) -m "not slow" tests/core tests/simulation
 
-slurm-test: .venv/.dev  ## run smoke study and fleet, disturbed, on a Slurm of one node made for it (root; slurm-wlm, munge)
+slurm-test: .venv/.dev  ## run the smoke study on a Slurm of one node made for it (root; slurm-wlm, munge)
 	@echo "== slurm-test: workflow/profiles/slurm"
 	$(activate)
 	uv pip install --quiet --no-deps --target .snakemake/slurm snakemake-executor-plugin-slurm snakemake-executor-plugin-slurm-jobstep
 	export PYTHONPATH="$$PWD/.snakemake/slurm"
 	python -m tests.torture.slurm
-	python -m tests.torture.slurm --cylinders 200 --evidence results/evidence/slurm.json
 
 lint: .venv/.dev  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, zizmor, cog, snakefmt, snakemake --lint"
@@ -131,7 +130,7 @@ bench: .venv/.dev  ## measure speed against other means, and the whole study's t
 	$(activate)
 	python -m benchmarks.bench
 
-fit-bench: .venv/.dev  ## judge `pneumo fit` on random benches with known truth, COUNT of each disturbance (3), into results/fit_bench.md
+fit-bench: .venv/.dev  ## judge `pneumo fit` on random benches with known truth, COUNT of each disturbance (3), into results/fit_bench.json
 	@echo "== fit-bench: benchmarks/fit_bench.py (5 minutes)"
 	$(activate)
 	python -m benchmarks.fit_bench --count $(COUNT) --undisturbed $(UNDISTURBED)
@@ -158,7 +157,7 @@ lock: .venv/.study  ## write both locks again from pyproject.toml (UPGRADE=1: ne
 	@echo "== lock: requirements.lock, requirements-dev.lock"
 	$(activate)
 	$(compile) $(study_extras) --output-file requirements.lock pyproject.toml
-	$(compile) $(study_extras) --extra dev --extra docs --extra evidence --extra control --extra fmu --extra parquet --extra formats \
+	$(compile) $(study_extras) --extra dev --extra docs --extra control --extra fmu --extra parquet --extra formats \
 	    --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
 
 lock-check: .venv/.study  ## is there a wheel of every locked package for Linux on x86-64 and aarch64 and for macOS 15 on arm64

@@ -3,6 +3,7 @@
 # Your own cylinders, from `pneumo init`, or a table of them: `snakemake -j2 --configfile my.yaml`.
 import shlex
 import sys
+from pathlib import Path
 
 from snakemake.utils import min_version
 
@@ -16,10 +17,12 @@ from pneumo.jobs.checked_study import (
     without_trust,
 )
 from pneumo.jobs.fleet_plan import checked_fleet
-from pneumo.jobs.rerun_triggers import code_behind, evidence_for, fingerprints, kept_or_made, page_templates
-from pneumo.jobs.run_lock import check_run_folder, is_dry_run, set_damaged_aside, take_run_lock
+from pneumo.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
+from pneumo.jobs.run_lock import check_run_folder, take_run_lock
+from pneumo.storage.checksums import write_sums
 
 find_paper_study()
+from paper.study.kept_evidence import evidence_for, kept_or_made
 from paper.study.labels import shown
 
 min_version("9.27")
@@ -37,6 +40,11 @@ onstart:
         take_run_lock(RESULTS)
 
 
+onsuccess:
+    if workflow.is_main_process:
+        write_sums(Path(RESULTS))
+
+
 # Cylinders in a table are planned without the paper's study; jobs need not check every row again.
 FILES = workflow.config_settings.configfiles
 OPTIONS, TRUST = without_trust(
@@ -46,10 +54,6 @@ config.pop("trust", None)
 config.update(as_written(FILES, OPTIONS))
 RESULTS = results_folder(FILES, OPTIONS)
 FLEET = checked_fleet(config, FILES, OPTIONS, check=workflow.is_main_process, trust=TRUST)
-
-
-if workflow.is_main_process and not is_dry_run(sys.argv[1:]):
-    set_damaged_aside(RESULTS)
 
 
 pathvars:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.bench_rig import PRESSURE_NOISE, U_MAX, Rig
+from benchmarks.bench_rig import U_MAX, Rig
 
 DURATION, SHORT = 10.0, 4.0  # s
 USUAL_RATE = 1000.0  # Hz, of a disturbed record: its cause is judged, not its rate
@@ -23,9 +23,6 @@ class Disturbance(NamedTuple):
     supply: bool = False  # whether the supply pressure is logged
     cause: str = ""  # name of the cause that a warning should have
     rate: float = USUAL_RATE  # Hz
-    bits: int = 0  # of the pressures, of a `SINGLE` case; 0: not quantised
-    noise: float = PRESSURE_NOISE  # Pa
-    stops: bool = False  # whether the piston rests on both, of a `SINGLE` case
 
 
 def _tubes(rig: Rig, volume: float = 12.6e-6) -> Rig:
@@ -92,37 +89,4 @@ DISTURBANCES = {
     "leak": Disturbance("valve leak 2 %", rig=_rig(valve_leak=0.02), cause="valve_leak"),
     "side": Disturbance("valve's side B 15 % smaller", rig=_rig(side_B=0.85), cause="C_B"),
     "warm": Disturbance("T_amb drifts 7 K", rig=_rig(warming=0.7), cause="drift"),
-}
-
-
-def _off(**factors: float) -> Callable[[Rig, float], Rig]:
-    """Configured rig with some fields multiplied."""
-    return lambda rig, _sign: rig._replace(**{name: f * getattr(rig, name) for name, f in factors.items()})
-
-
-def _b_off(by: float) -> Callable[[Rig, float], Rig]:
-    return lambda rig, _sign: rig._replace(b=rig.b + by)
-
-
-# One thing off at a time, of the bench of a first user, whose wall has another law than the full order.
-SINGLE = {
-    "exact": Disturbance("configured exactly"),
-    "b005": Disturbance("b too large by 0.005", believed=_b_off(0.005)),
-    "b02": Disturbance("b too large by 0.02", believed=_b_off(0.02)),
-    "b05": Disturbance("b too large by 0.05", believed=_b_off(0.05)),
-    "P_s02": Disturbance("P_s too large by 0.2 %", believed=_off(P_s=1.002)),
-    "x3": DISTURBANCES["scale"],
-    "zero": DISTURBANCES["zero"],
-    "stroke6": Disturbance("stroke too long by 3 %", believed=_off(stroke=1.03)),
-    "x3_stops": DISTURBANCES["scale"]._replace(text="x too large by 3 %, both stops", stops=True),
-    "zero_stops": DISTURBANCES["zero"]._replace(text="zero of x off by 5 mm, both stops", stops=True),
-    "stroke6_stops": Disturbance(
-        "stroke too long by 3 %, both stops", believed=_off(stroke=1.03), cause="stroke", stops=True
-    ),
-    "rate100": Disturbance("100 Hz, controller too", rate=100.0),
-    "rate200": Disturbance("200 Hz, controller too", rate=200.0),
-    "bits": Disturbance("12 bit, no noise", bits=12, noise=0.0),
-    "good": Disturbance("sensors of 0.1 kPa", noise=100.0),
-    "poor": Disturbance("sensors of 10 kPa", noise=1e4),
-    "crosses": Disturbance("a heavy piston: pressures cross P_s", rig=_rig(mass=3.0)),
 }

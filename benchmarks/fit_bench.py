@@ -37,16 +37,14 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from benchmarks.bench_rig import P_ATM, POSITION_NOISE, U_MAX, Rig, bench_record, drawn_rig, purpose_rig
-from benchmarks.disturbances import DISTURBANCES, SINGLE, Columns, scaled
-from benchmarks.fit_counts import ROOT, Outcome, for_the_page, kept, markdown, write
+import pneumo
+from benchmarks.bench_rig import P_ATM, U_MAX, Rig, bench_record, drawn_rig, purpose_rig
+from benchmarks.disturbances import DISTURBANCES, Columns, scaled
+from benchmarks.fit_counts import ROOT, Outcome, for_the_page, kept, summary, write
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy, load, study
 from pneumo.errors import InputError
 from pneumo.fitting.fit_result import FitResult
-from pneumo.fitting.measurement_fit import fit_measurement
-from pneumo.fitting.mistaken_columns import check_columns
-from pneumo.fitting.record.measurement import read_measurement
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 
@@ -137,35 +135,21 @@ def judged(disturbance: str, seed: int, models: Sequence[str], rig: Rig | None =
     return fitted_outcome(disturbance, seed, models, drawn_case(disturbance, seed, rig))
 
 
-def judged_alone(name: str, seed: int, models: Sequence[str]) -> Outcome:
-    """Outcome of a record of the first user's bench with one thing off, from `SINGLE`."""
-    d, rng = SINGLE[name], np.random.default_rng(seed)
-    rig = d.rig(purpose_rig())._replace(e_PT=0.0)
-    columns = bench_record(rig, rng, d.duration, 1 / d.rate, (d.noise, POSITION_NOISE), d.stops)
-    if d.bits:
-        step = FULL_SCALE / 2**d.bits
-        columns |= {name: np.round(columns[name] / step) * step for name in ("P_A", "P_B")}
-    believed = d.believed(rig._replace(C=1.1 * rig.C), 1.0)
-    case = Case(rig, believed, d.logged(columns), logs_supply=d.supply)
-    return fitted_outcome(name, seed, models, case)
-
-
 def fitted(case: Case, models: Sequence[str]) -> tuple[FitResult, Plant]:
     """Fit of a case, as `pneumo fit` makes it, and the configured plant; `InputError` if it is refused."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        plant = believed_plant(case.believed, folder, case.supply, case.believed.exhaust)
+        believed_plant(case.believed, folder, case.supply, case.believed.exhaust)
         units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_kPa", "P_B": "P_B_kPa", "P_s": "P_s_kPa"}
         columns = scaled(case.columns, 1e-3)
         logged = {name: values for name, values in columns.items() if case.logs_supply or name != "P_s"}
         table = pd.DataFrame(logged).rename(columns=units)
         table.to_csv(folder / "bench.csv", index=False, float_format="%.9g")
         try:
-            measurement = read_measurement(folder / "bench.csv", plant)
-            check_columns(measurement, plant)
-            return fit_measurement(measurement, plant, models), plant
+            found = pneumo.fit(folder / "bench.csv", folder / "cylinder.yaml", "mine", models=models)
         except InputError as error:
             raise InputError(str(error).replace(f"{folder}/", "")) from None
+        return found.result, found.plant
 
 
 def fitted_outcome(name: str, seed: int, models: Sequence[str], case: Case) -> Outcome:
@@ -193,7 +177,7 @@ def fitted_outcome(name: str, seed: int, models: Sequence[str], case: Case) -> O
 
 
 def main() -> None:
-    """Judge records of every disturbance and write results/fit_bench.md and .json."""
+    """Judge records of every disturbance and write results/fit_bench.json."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--count", type=int, default=3, help="records of each disturbance [3]")
     parser.add_argument("--undisturbed", type=int, default=20, help="undisturbed records [20]")
@@ -203,7 +187,6 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=FIRST_SEED, help=f"of the first record [{FIRST_SEED}]")
     parser.add_argument("--output", type=Path, default=ROOT / "results", help="folder [results]")
-    parser.add_argument("--single", action="store_true", help="one thing off at a time, of one bench")
     parser.add_argument("--minutes", type=float, default=np.inf, help="no case is begun after these [no end]")
     parser.add_argument("--resume", action="store_true", help="keep the cases that the folder has")
     parser.add_argument("--page", action="store_true", help="only write the folder's counts for fit.md")
@@ -218,17 +201,8 @@ def main() -> None:
         outcomes.append(outcome)
         verdict = "refused" if outcome.refused else f"wrong {outcome.wrong}, {len(outcome.warnings)} warnings"
         print(f"{outcome.disturbance} {outcome.seed}: {verdict} ({outcome.seconds:.1f} s)", flush=True)
-        write(outcomes, chosen.models, chosen.output)  # keep finished cases
+        write(outcomes, chosen.output)  # keep finished cases
 
-    if chosen.single:
-        for case in SINGLE:
-            add(judged_alone(case, chosen.seed, chosen.models))
-        for one in outcomes:
-            rows = [
-                f"{p} {v[1]:.4g} ({v[2]:.4g} to {v[3]:.4g}), truth {v[0]:.4g}" for p, v in one.found.items()
-            ]
-            print(f"{SINGLE[one.disturbance].text}: {'; '.join(rows)} {one.warnings}")
-        return
     cases: list[tuple[Any, ...]] = [
         (name, chosen.seed + number, chosen.models)
         for name in chosen.only or DISTURBANCES
@@ -245,7 +219,7 @@ def main() -> None:
             if time.monotonic() > ends:
                 pool.shutdown(cancel_futures=True)
                 break
-    print(markdown(outcomes, chosen.models))
+    print(summary(outcomes).T.to_string(float_format="{:.3g}".format))
 
 
 if __name__ == "__main__":

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from benchmarks.disturbances import DISTURBANCES, DURATION, SINGLE
-from paper.study.text.markdown_tables import markdown_table
+from benchmarks.disturbances import DISTURBANCES
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs/static/fit_bench.json"
@@ -55,7 +54,7 @@ class Outcome(NamedTuple):
     def named(self) -> str:
         """How warnings name the cause: right, tied, none or wrong."""
         names = named_causes(self.warnings)
-        cause = (SINGLE | DISTURBANCES)[self.disturbance].cause
+        cause = DISTURBANCES[self.disturbance].cause
         if not names:
             return "none"
         return "wrong" if cause not in names else "right" if len(names) == 1 else "tied"
@@ -87,46 +86,6 @@ def summary(outcomes: Iterable[Outcome]) -> pd.DataFrame:
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
-def markdown(outcomes: Sequence[Outcome], models: Sequence[str]) -> str:
-    """Table of `summary`, then what the fit said of the first record of each disturbance."""
-    table = summary(outcomes)
-    limits = ", ".join(f"{name} {100 * part:.0f} %" for name, part in TOLERANCE.items())
-    lines = [
-        f"Records of {DURATION:g} s at 1 kHz from random benches, fitted with"
-        f" {', '.join(['the full order', *models])}. Medians of estimate over truth; records refused, warned"
-        f" of, with a truth outside its interval, wrong (outside and off by more than {limits}), and wrong in"
-        " silence. A fit that leaves far more than noise is warned of and gives no intervals, so nothing is"
-        " outside them.",
-        "",
-    ]
-    heads = ["disturbance", "records", "k_0", "C", "V_d A", "V_d B"]
-    heads += [
-        "refused",
-        "warned",
-        "outside",
-        "wrong",
-        "silent",
-        *(f"cause {verdict}" for verdict in VERDICTS),
-    ]
-    rows: list[list[str]] = []
-    for name, row in table.iterrows():
-        label = (SINGLE | DISTURBANCES)[str(name)].text
-        ratios = ["" if np.isnan(row[p]) else f"{row[p]:.2f}" for p in TOLERANCE]
-        counts = [f"{row[c]:.0f}" for c in heads[6:]]
-        rows.append([label, f"{row['records']:.0f}", *ratios, *counts])
-    total = f"Wrong in silence: {table['silent'].sum():.0f} of {len(outcomes)}."
-    seconds = [o.seconds for o in outcomes if not o.refused]
-    if seconds:
-        total += f" Processor time of a fit: median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s."
-    lines += [markdown_table(heads, rows), "", total, "", coverage_text(outcomes), ""]
-    for name in table.index:
-        first = next(o for o in outcomes if o.disturbance == name)
-        said = [first.refused] if first.refused else first.warnings
-        label = (SINGLE | DISTURBANCES)[str(name)].text
-        lines += [f"- {label} (seed {first.seed}): {text}" for text in said or ["nothing said"]]
-    return "\n".join(lines) + "\n"
-
-
 def held(outcomes: Iterable[Outcome]) -> pd.DataFrame:
     """By parameter: intervals, those that hold the truth, and the median error of the estimate."""
     rows: dict[str, dict[str, float]] = {}
@@ -139,26 +98,9 @@ def held(outcomes: Iterable[Outcome]) -> pd.DataFrame:
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
-def coverage_text(outcomes: Sequence[Outcome]) -> str:
-    """How often intervals held the truth, by parameter, and median errors."""
-    groups = {
-        "undisturbed records": [outcome for outcome in outcomes if outcome.disturbance == "none"],
-        "records without a warning": [outcome for outcome in outcomes if not outcome.warned],
-    }
-    lines: list[str] = []
-    for text, group in groups.items():
-        parts = [
-            f"{name} {row['held']:.0f} of {row['intervals']:.0f} (median error {100 * row['error']:.1f} %)"
-            for name, row in held(group).iterrows()
-        ]
-        lines.append(f"Intervals that hold the truth, of {text}: {', '.join(parts)}.")
-    return "\n".join(lines)
-
-
-def write(outcomes: Sequence[Outcome], models: Sequence[str], folder: Path) -> None:
-    """Write the table, and every case as JSON."""
+def write(outcomes: Sequence[Outcome], folder: Path) -> None:
+    """Write every case as JSON."""
     folder.mkdir(exist_ok=True)
-    (folder / "fit_bench.md").write_text(markdown(outcomes, models), encoding="utf-8")
     records: list[dict[str, Any]] = []
     for outcome in outcomes:
         ends = {name: [v if np.isfinite(v) else None for v in row] for name, row in outcome.found.items()}

@@ -18,9 +18,9 @@ from typing import Any
 
 from benchmarks.bench import cpu
 from benchmarks.fleet_law import law, minutes, rows
+from benchmarks.fleet_table import SHORT, write_fleet
 from pneumo.storage.files import write_text
 from tests.checkout import ROOT, copy_checkout
-from tests.fleet import SHORT, write_fleet
 
 LARGE_BLOCK = 20
 RUNS = ((5, 1), (5, 5), (10, 10), (20, 10))  # cylinders, and how many of them are a block

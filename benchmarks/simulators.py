@@ -19,7 +19,6 @@ from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.parameters import load, study
 from pneumo.simulation.full_order import STATE, record
 from pneumo.storage.files import read_json
-from pneumo.verdict.facts import NOT_JUDGED
 
 ROOT = PAPERS.parent
 FILE = ROOT / "paper/2006/simulators.json"
@@ -61,18 +60,11 @@ def judged(folder: Path, kind: str) -> dict[str, Any]:
     runs = folder / kind
     command = [str(Path(sys.executable).with_name("pneumo")), "paper", "verdict", "--runs", str(runs)]
     subprocess.run([*command, "--tool", SIMULATORS[kind]], check=True, cwd=ROOT)
-    verdict = json.loads(read_json(runs / "verdict/verdict.json"))
-    items = [item for item in verdict["items"] if item["status"] != NOT_JUDGED]
+    verdict = read_json(runs / "verdict/verdict.json")
     scores, fit = verdict["highlights"]["scores"], verdict["highlights"]["fit"]
     every = {row["table"]: row["meant"] for row in fit["tables"]}["all"] if fit else None
     return {
         "name": SIMULATORS[kind],
-        "items": len(items),
-        "not_judged": len(verdict["items"]) - len(items),
-        "statuses": {
-            status: sum(item["status"] == status for item in items)
-            for status in ("exact", "close", "explained", "contradicted", "missed")
-        },
         "table_7": scores["table_7_mse"]["rms_of_ln_ratio"],
         "table_9": scores["table_9_mse"]["rms_of_ln_ratio"],
         "table_8": {key: scores["table_8"][key] for key in ("cells", "exact")},

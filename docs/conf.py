@@ -34,7 +34,6 @@ c.InteractiveShellApp.exec_lines = ["%cd -q {folder}", "__import__('os').environ
 # The folder in which notebooks run; removed when the build ends.
 _examples = tempfile.TemporaryDirectory()
 examples = Path(_examples.name)
-(examples / "site").mkdir()
 profile = examples / "ipython/profile_default/ipython_kernel_config.py"
 profile.parent.mkdir(parents=True)
 profile.write_text(PROFILE.format(folder=examples), encoding="utf-8")
@@ -61,7 +60,6 @@ myst_substitutions = {
     "record_formats": fragments.record_formats(),
     "rig_quantities": fragments.rig_quantities(),
     "commands": fragments.commands(),
-    "live": fragments.live(examples / "site"),
 }
 
 nb_execution_mode = "inline"
@@ -82,7 +80,7 @@ nitpick_ignore_regex = [(r"py:.*", r"(?!pneumo\.).*")]  # Python's own and other
 html_theme = "furo"
 html_title = "pneumo"
 html_static_path = ["static"]
-html_extra_path = [str(examples / "site")]
+html_extra_path = ["../pneumo/publish/pages/live/live.html"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = html_show_copyright = False

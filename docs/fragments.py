@@ -1,4 +1,4 @@
-"""Parts of pages that are made from the code: tables, errata, commands, the live page; and stored numbers."""
+"""Parts of pages that are made from the code: tables, errata, commands; and stored numbers."""
 
 import re
 from pathlib import Path
@@ -13,15 +13,11 @@ from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.cli.commands import app
-from pneumo.configuration.parameters import load, study
-from pneumo.export.live import installed, live_page, typical_plants
 from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE
 from pneumo.fitting.record.formats import FORMATS
 from pneumo.fitting.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.publish.model_looks import colours
-from pneumo.selection.browser_study import browser_study
 from pneumo.verdict.errata import Erratum, read_errata
 
 ROOT = Path(__file__).parents[1]
@@ -137,18 +133,3 @@ def commands() -> str:
     assert isinstance(group, TyperGroup)
     text = get_docs_for_click(obj=group, ctx=group.context_class(group, info_name="pneumo"), name="pneumo")
     return re.sub(r"<(\w[\w\[\]]*)>", r"(\1)", text.partition("## ")[2].join(["## ", ""]))
-
-
-def live(folder: Path) -> str:
-    """Write both pages of a cylinder in the browser into a folder; return links to them."""
-    if not installed():
-        return "`snakemake -j2 live` writes a cylinder in the browser, `results/live.html`; it needs clang."
-    plants = typical_plants(study(load(ROOT / "config/paper.yaml")))
-    page = live_page(plants, 1.35, ROOT / "docs/live", colours())
-    (folder / "live.html").write_text(page, encoding="utf-8")
-    (folder / "your-cylinder.html").write_text(browser_study(ROOT / "docs/live"), encoding="utf-8")
-    return (
-        'In the browser, without an installation: <a href="live.html">move a cylinder</a>,'
-        ' <a href="live.html#record">replay a record of your own</a>, or'
-        ' <a href="your-cylinder.html">compare the models on your cylinder</a>. Nothing is uploaded.'
-    )

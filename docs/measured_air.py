@@ -67,6 +67,8 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
         "discharge_constant": span(discharge.sel(model=CONSTANT_T), 0),
         "discharge_full": f"{discharge.sel(model=FULL).item():.1f}",
         **{f"discharge_{name}": f"{discharge.sel(model=name).item():.1f}" for name in ("M6", "M8", "M10")},
+        "filling_M1": f"{held.sel(case='filling', model='M1').item():.2f}",
+        "filling_full": f"{held.sel(case='filling', model=FULL).item():.2f}",
         "other_full": f"{other.sel(case='discharge', model=FULL).item():.1f}",
         "back_full": f"{other.sel(case='filling', model=FULL).item():.1f}",
         "both_ways_others": f"{worse_way.drop_sel(model=FULL).min().item():.0f}",

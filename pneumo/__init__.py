@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from pneumo.configuration.parameters import load as load
     from pneumo.equations.chamber_rate import chamber_rate as chamber_rate
     from pneumo.errors import ConfigurationError as ConfigurationError
-    from pneumo.errors import DamagedError as DamagedError
     from pneumo.errors import InputError as InputError
     from pneumo.errors import PneumoError as PneumoError
     from pneumo.errors import ResultError as ResultError
@@ -41,54 +40,42 @@ if TYPE_CHECKING:
 
     __version__: str
 
-# The same names by module, which is loaded on first use: `import pneumo` imports no numerics.
-_NAMES = {
-    "pneumo.catalogue": (
-        "default_conductance",
-        "measured_conductances",
-    ),
-    "pneumo.configuration.experiment": ("Plant",),
-    "pneumo.configuration.parameters": ("load",),
-    "pneumo.equations.chamber_rate": ("chamber_rate",),
-    "pneumo.errors": (
-        "ConfigurationError",
-        "DamagedError",
-        "InputError",
-        "PneumoError",
-        "ResultError",
-        "RunError",
-    ),
-    "pneumo.linear.linear_model": (
-        "Linear",
-        "linearise",
-    ),
-    "pneumo.linear.observer": (
-        "Estimate",
-        "ekf",
-    ),
-    "pneumo.notebook": ("ModelStudy", "RecordFit", "fit", "read_record", "study"),
-    "pneumo.physics.cylinder": ("Cylinder",),
-    "pneumo.physics.models": (
-        "MODELS",
-        "Model",
-    ),
-    "pneumo.physics.valve": (
-        "Conditions",
-        "Gas",
-        "Valve",
-    ),
-    "pneumo.runs": (
-        "Prediction",
-        "Run",
-        "State",
-        "recorded",
-        "replay",
-        "simulate",
-    ),
-    "pneumo.selection.plants": ("plant",),
-    "pneumo.storage.files": ("open_grid",),
+# The same names, whose modules are loaded on first use: `import pneumo` imports no numerics.
+_MODULE_OF = {
+    "default_conductance": "pneumo.catalogue",
+    "measured_conductances": "pneumo.catalogue",
+    "Plant": "pneumo.configuration.experiment",
+    "load": "pneumo.configuration.parameters",
+    "chamber_rate": "pneumo.equations.chamber_rate",
+    "ConfigurationError": "pneumo.errors",
+    "InputError": "pneumo.errors",
+    "PneumoError": "pneumo.errors",
+    "ResultError": "pneumo.errors",
+    "RunError": "pneumo.errors",
+    "Linear": "pneumo.linear.linear_model",
+    "linearise": "pneumo.linear.linear_model",
+    "Estimate": "pneumo.linear.observer",
+    "ekf": "pneumo.linear.observer",
+    "ModelStudy": "pneumo.notebook",
+    "RecordFit": "pneumo.notebook",
+    "fit": "pneumo.notebook",
+    "read_record": "pneumo.notebook",
+    "study": "pneumo.notebook",
+    "Cylinder": "pneumo.physics.cylinder",
+    "MODELS": "pneumo.physics.models",
+    "Model": "pneumo.physics.models",
+    "Conditions": "pneumo.physics.valve",
+    "Gas": "pneumo.physics.valve",
+    "Valve": "pneumo.physics.valve",
+    "Prediction": "pneumo.runs",
+    "Run": "pneumo.runs",
+    "State": "pneumo.runs",
+    "recorded": "pneumo.runs",
+    "replay": "pneumo.runs",
+    "simulate": "pneumo.runs",
+    "plant": "pneumo.selection.plants",
+    "open_grid": "pneumo.storage.files",
 }
-_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 __all__ = ["__version__", *sorted(_MODULE_OF)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 

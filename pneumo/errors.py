@@ -6,7 +6,6 @@ The command line and the jobs of the workflow turn each into one line on standar
 import errno
 import reprlib
 from collections.abc import Sequence
-from pathlib import Path
 
 # Of a disk or of the system's limits, not of a file: full, not writable, failing, gone, too many open files.
 SYSTEM = frozenset(
@@ -48,14 +47,6 @@ class RunError(PneumoError, ArithmeticError):
 
 class ResultError(PneumoError, ValueError):
     """Results file that is missing, damaged or from another study."""
-
-
-class DamagedError(ResultError):
-    """Results file, `path`, whose content has changed since it was written."""
-
-    def __init__(self, path: Path, reason: str) -> None:
-        super().__init__(f"{path}: {reason}")
-        self.path = path
 
 
 def printable(text: str, longest: int = 80) -> str:

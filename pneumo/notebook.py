@@ -4,25 +4,31 @@ Progress goes to the logger `pneumo`: `logging.basicConfig(level="INFO")` shows 
 """
 
 import logging
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal
 
+import numpy as np
 import pandas as pd
 import xarray as xr
+from markupsafe import escape
 from matplotlib.figure import Figure
 
 from pneumo.configuration.configured_dynamics import configured_dynamics
 from pneumo.configuration.experiment import Plant, Study
-from pneumo.configuration.parameters import accuracy, load
+from pneumo.configuration.parameters import accuracy, load, sonic_conductance
 from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import uncertainties
 from pneumo.equations.chamber_rate import model_row
 from pneumo.errors import InputError, printable
+from pneumo.export import exported, write_files
+from pneumo.fitting.closed.closed_fit import fit_closed
+from pneumo.fitting.closed.thermal_time_constant import since
 from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
 from pneumo.fitting.fitted_parameters import FULL_ORDER, QUANTITIES
 from pneumo.fitting.fitted_yaml import fitted_configuration
@@ -34,10 +40,11 @@ from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.settings import MOST_STEPS, PART
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.fit_figures import record_figure, residual_figure
+from pneumo.publish.figures.fit_figures import pair_figure, record_figure, residual_figure
 from pneumo.publish.figures.study_figures import budget_figure
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.pages.study_page import check_folder, save_study
+from pneumo.publish.text.formatting import preformatted
 from pneumo.publish.text.terminal_tables import study_text
 from pneumo.selection.answer import Answer, answers, export_command
 from pneumo.selection.cylinder_ranking import run_study, selected
@@ -58,6 +65,7 @@ class RecordFit:
     configuration: Configuration
     cylinder: str
     command: Literal["held", "linear"]
+    x_from: Literal["mid", "end"] = "mid"
 
     @property
     def warnings(self) -> list[str]:
@@ -101,6 +109,40 @@ class RecordFit:
         model = FULL_ORDER if FULL_ORDER in models else models[0]
         return self.result.correlation(model)
 
+    def plot_pairs(self, model: str | None = None) -> Figure:
+        """Figure of the intervals of a model's parameters and of the regions of each pair.
+
+        By default of the full order, or else of the best model.
+        """
+        return pair_figure(self.result, model or self.result.model_of_rig)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Measured and replayed pressures, estimates and errors, as ``fit.nc`` has them."""
+        return self.result.data
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Estimates, as the attribute `estimates`."""
+        return self.estimates
+
+    def export(self, file: Path | str, model: str = FULL_ORDER, to: str = "c") -> list[Path]:
+        """Write a fitted model as source code or FMU, as `pneumo export` does from ``fitted.yaml``."""
+        with TemporaryDirectory() as folder:
+            text = Path(folder, "fitted.yaml")
+            text.write_text(self._fitted(), encoding="utf-8")
+            fitted = load(text)
+        has_n = model in MODELS and MODELS[model].has_n
+        n = self.result.estimates(model)["n"].value if has_n else None
+        return _export(fitted, self.cylinder, model, n, to, file)
+
+    def _fitted(self) -> str:
+        """Text of ``fitted.yaml``."""
+        rest = self.configuration, self.cylinder, self.plant, self.result, self._record
+        return fitted_configuration(*rest, T=self.measurement.T)
+
+    @property
+    def _record(self) -> str:
+        return ", ".join(Path(name).name for name in self.measurement.name.split(", "))
+
     def plot_record(self) -> Figure:
         """Figure of the record's signals as the fit read them."""
         return record_figure(self.measurement)
@@ -109,12 +151,20 @@ class RecordFit:
         """Figure of measured and replayed pressures of the best model, with residuals."""
         return residual_figure(self.result)
 
-    def validate(self, other: Record, columns: Mapping[str, Column] | None = None) -> pd.DataFrame:
+    def validate(
+        self, other: Record | Measurement, columns: Mapping[str, Column] | None = None
+    ) -> pd.DataFrame:
         """Root mean square errors, Pa, of the fitted models on another record, by model and chamber.
 
         Nothing but first pressures and temperatures is fitted there.
         """
-        measurement = read_record(other, self.configuration, self.cylinder, columns=columns)
+        if self.result.of == "closed":
+            raise InputError(
+                "validate: laws of closed chambers are not judged on another record; leave it out"
+            )
+        about = self.configuration, self.cylinder
+        is_read = isinstance(other, Measurement)
+        measurement = other if is_read else read_record(other, *about, columns=columns, x_from=self.x_from)
         errors = validation(self.result, measurement, self.plant, command=_SAMPLING[self.command])
         return pd.DataFrame.from_dict(errors, orient="index", columns=["A", "B"]).rename_axis("model")
 
@@ -123,11 +173,8 @@ class RecordFit:
         folder = Path(folder)
         check_output(folder)
         self.result.save(in_SI(self.configuration).config_sha256, folder / "fit.nc")
-        name = ", ".join(Path(name_of_file).name for name_of_file in self.measurement.name.split(", "))
-        T = self.measurement.T
-        write_text(fit_page(self.result, name), folder / "fit.html")
-        rest = self.configuration, self.cylinder, self.plant, self.result, name
-        write_text(fitted_configuration(*rest, T=T), folder / "fitted.yaml")
+        write_text(fit_page(self.result, self._record), folder / "fit.html")
+        write_text(self._fitted(), folder / "fitted.yaml")
 
     def __repr__(self) -> str:
         """Text of at most ten lines: errors on the part held out, the rig's parameters, warnings."""
@@ -147,7 +194,7 @@ class RecordFit:
 
     def _repr_html_(self) -> str:
         """Table of the estimates with warnings, for notebooks."""
-        warnings = "".join(f"<p><strong>Warning:</strong> {_escaped(text)}</p>" for text in self.warnings)
+        warnings = "".join(f"<p><strong>Warning:</strong> {escape(text)}</p>" for text in self.warnings)
         return warnings + self.estimates.to_html(float_format="{:.4g}".format)
 
 
@@ -157,6 +204,7 @@ class ModelStudy:
 
     study: Study
     cells: xr.Dataset  #: errors of every model, run and drawn cylinder
+    configuration: Configuration
     files: tuple[str, ...] = ()  #: of the configuration, for the commands of the text
 
     @cached_property
@@ -174,6 +222,13 @@ class ModelStudy:
         """Errors of every model, run and drawn cylinder, as ``study.nc`` has them."""
         return self.cells
 
+    def export(self, file: Path | str, to: str = "c", cylinder: str | None = None) -> list[Path]:
+        """Write the recommended model of a cylinder, by default the first, as source code or FMU."""
+        answer = next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
+        chosen = answer.contender(answer.chosen)
+        n = None if np.isnan(chosen.row.n) else chosen.row.n
+        return _export(self.configuration, answer.ranking.cylinder, chosen.exported_name, n, to, file)
+
     def save(self, folder: Path | str) -> tuple[Path, Path]:
         """Write study.html and study.nc into a folder; return their paths."""
         check_folder(Path(folder))
@@ -185,8 +240,7 @@ class ModelStudy:
         return study_text(self.answers, self.study, self.files)
 
     def _repr_html_(self) -> str:
-        """Same text, for notebooks."""
-        return f"<pre>{_escaped(repr(self))}</pre>"
+        return preformatted(self)
 
 
 def study(
@@ -219,7 +273,7 @@ def study(
     content = configuration if isinstance(configuration, Configuration) else load(Path(configuration))
     chosen = selected(in_SI(content), cylinders, experiments)
     chosen = chosen._replace(seeds=seeds or chosen.seeds)
-    return ModelStudy(chosen, run_study(chosen, threads, uncertain=uncertainties(content)), files)
+    return ModelStudy(chosen, run_study(chosen, threads, uncertain=uncertainties(content)), content, files)
 
 
 _SAMPLING = {"held": HELD, "linear": INTERPOLATED}
@@ -233,8 +287,16 @@ def _check(option: str, value: str, allowed: Iterable[str]) -> None:
         raise InputError(f"{option} = {printable(str(value), 30)!r}: must be one of {', '.join(allowed)}")
 
 
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;")
+def _export(
+    configuration: Configuration, cylinder: str, model: str, n: float | None, to: str, file: Path | str
+) -> list[Path]:
+    """Write a model of a configured cylinder as `pneumo export` does; return the files' paths."""
+    file, plant = Path(file), configured_plant(in_SI(configuration), cylinder)
+    dynamics = configured_dynamics(configuration, cylinder)
+    first, *rest = exported(model, n, plant, to, stem=file.stem, dynamics=dynamics).items()
+    files = {file.name: first[1], **dict(rest)}
+    write_files(files, file.parent)
+    return [file.parent / name for name in files]
 
 
 def _configuration(configuration: Configuration | Path | str) -> Configuration:
@@ -248,6 +310,7 @@ def read_record(
     *,
     columns: Mapping[str, Column] | None = None,
     x_from: Literal["mid", "end"] = "mid",
+    closed: bool = False,
 ) -> Measurement:
     """Record of a cylinder in SI units, uniform in time, checked as `pneumo fit` does.
 
@@ -263,6 +326,8 @@ def read_record(
         Column and unit of each quantity, if not as the headers name them.
     x_from
         Whether x is zero in mid-stroke or at chamber A's end.
+    closed
+        Whether both chambers were closed; then neither command nor flows are needed.
 
     Raises
     ------
@@ -271,7 +336,7 @@ def read_record(
     """
     _check("x_from", x_from, ORIGINS)
     plant = configured_plant(in_SI(_configuration(configuration)), cylinder, 1.0)
-    return read_measurement(record, plant, columns, from_end=x_from == "end")
+    return read_measurement(record, plant, columns, from_end=x_from == "end", closed=closed)
 
 
 def fit(
@@ -279,22 +344,27 @@ def fit(
     configuration: Configuration | Path | str,
     cylinder: str | None = None,
     *,
-    models: Sequence[str] = tuple(MODELS),
+    models: Sequence[str] | None = None,
     columns: Mapping[str, Column] | None = None,
     x_from: Literal["mid", "end"] = "mid",
     command: Literal["held", "linear"] = "held",
     part: float = PART,
     also: Sequence[str] = (),
     trust: bool = False,
+    closed: bool = False,
+    closed_from: float = 0.0,
+    progress: Callable[[str], None] = LOGGER.info,
 ) -> RecordFit:
-    """Fit models to a record of a cylinder at work, as the command `pneumo fit` does.
+    """Fit models to a record of a cylinder at work, or thermal laws to closed chambers.
+
+    The command `pneumo fit` does the same.
 
     Parameters
     ----------
     record, configuration, cylinder, columns, x_from
         As in `pneumo.read_record`; several records, in a list, are fitted together.
     models
-        Names of the reduced models; the full order is fitted in any case.
+        Names of the reduced models, by default all; the full order is fitted in any case.
     command
         Whether the command was held between samples, or changed linearly.
     part
@@ -303,12 +373,17 @@ def fit(
         Names of quantities that are fitted too, without prior knowledge; the table is in {doc}`fit`.
     trust
         Skip the check for swapped or wrong columns.
+    closed
+        Whether both chambers were closed, as they are where u, or m_A and m_B, are zero in every sample.
+    closed_from
+        Time from which they are closed, s.
+    progress
+        Is called with a line after each model.
 
     Raises
     ------
     InputError
-        If the record cannot be used, or an argument is none of those allowed. A record of closed chambers is
-        fitted by the command `pneumo fit` alone.
+        If the record cannot be used, or an argument is none of those allowed.
     """
     _check("command", command, _SAMPLING)
     if not PARTS[0] <= part <= PARTS[1]:
@@ -318,29 +393,38 @@ def fit(
     plant = configured_plant(configured, cylinder, 1.0)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     records = [
-        read_record(file, configuration, cylinder, columns=columns, x_from=x_from)
+        read_record(file, configuration, cylinder, columns=columns, x_from=x_from, closed=closed)
         for file in ([record] if isinstance(record, Path | str | pd.DataFrame | xr.Dataset) else record)
     ]
     if not records:
         raise InputError("record: an empty list: must have at least one record")
     measurement, part = joined(records, part, MOST_STEPS)
-    if measurement.closed:
-        raise InputError(
-            f"{measurement.name}: u, or m_A and m_B, are zero in every sample: closed chambers are fitted by"
-            " the command `pneumo fit` alone"
-        )
+    for note in measurement.notes:
+        progress(f"note: {note}")
     rule = _SAMPLING[command]
-    if not trust:
-        for file in records:
-            check_columns(file, plant, command=rule)
-    result = fit_measurement(
-        measurement,
-        plant,
-        [model_row(name).name for name in models],
-        command=rule,
-        part=part,
-        also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
-        known=accuracy(configuration, position_shown(measurement, plant), named),
-        progress=LOGGER.info,
-    )
-    return RecordFit(result, measurement, plant, configuration, named, command)
+    if measurement.closed:
+        for name in [name for name, given in (("models", models), ("also", also)) if given]:
+            raise InputError(f"{name}: the fit of closed chambers has no such choice; leave it out")
+        rest = since(measurement, closed_from)
+        result = fit_closed(rest, plant, part=part, check=not trust, progress=progress)
+    else:
+        if closed_from:
+            problem = "is no record of closed chambers; leave it out, or --closed A, B or both"
+            raise InputError(f"--closed-from {closed_from:g} s: {measurement.name} {problem}")
+        if not trust:
+            for file in records:
+                check_columns(file, plant, command=rule)
+        result = fit_measurement(
+            measurement,
+            plant,
+            [model_row(name).name for name in (MODELS if models is None else models)],
+            command=rule,
+            part=part,
+            also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
+            known=accuracy(configuration, position_shown(measurement, plant), named),
+            progress=progress,
+        )
+    if configuration.cylinders[named].valve:
+        C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
+        result = replace(result, C_per_k_xu=C_per_k_xu)
+    return RecordFit(result, measurement, plant, configuration, named, command, x_from)

@@ -1,4 +1,4 @@
-"""Safe reading of files that others may have made: regular files only, their size checked before reading."""
+"""Files that others may have made or use: regular files only, of a known size; locks."""
 
 import errno
 import os
@@ -40,3 +40,14 @@ def named(path: Path) -> Generator[None]:
         if error.filename is None and error.errno is not None:
             raise OSError(error.errno, error.strerror, str(path)) from None
         raise
+
+
+def lock(file: int, *, shared: bool = False, wait: bool = True) -> None:
+    """Lock an open file or folder until it is closed or the process ends, even by a kill.
+
+    BlockingIOError if another process has the lock, unless `wait`. Windows has no such lock.
+    """
+    if os.name != "nt":
+        import fcntl
+
+        fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))

@@ -16,7 +16,8 @@ from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError
 from pneumo.physics.models import Model, full_order_lane, lane_array
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.publish.figures.run_figure import run_figure
+from pneumo.publish.figures.run_figure import pressure_figure, run_figure
+from pneumo.publish.text.formatting import preformatted
 from pneumo.selection.plants import check_positive
 from pneumo.simulation.full_order import STATE, Recording, command_series, run, supplied_mass
 from pneumo.simulation.replay import STATUS
@@ -184,6 +185,9 @@ class Run(NamedTuple):
         """Figure of command, position, velocity, pressures and temperatures."""
         return run_figure(self.to_xarray())
 
+    def _repr_html_(self) -> str:
+        return preformatted(self)
+
     def __repr__(self) -> str:
         """Text of at most ten lines: start, strokes, extremes of pressures and temperatures."""
         kind = "simulated" if self.simulated else "measured"
@@ -224,6 +228,13 @@ class Prediction(NamedTuple):
             {"t": ("t", self.t, {"units": "s"}), "chamber": ["A", "B"]},
             {"model": self.model},
         )
+
+    def plot(self) -> Figure:
+        """Figure of both pressures; those of the run are `Run.plot`."""
+        return pressure_figure(self.to_xarray())
+
+    def _repr_html_(self) -> str:
+        return preformatted(self)
 
     def __repr__(self) -> str:
         """Model with its root mean square errors; a replay that failed says why."""

@@ -43,26 +43,6 @@ def temperatures(low: float = 200.0, high: float = 400.0) -> Floats:
     return _between(low, high)
 
 
-def pressure_ratios() -> Floats:
-    """Downstream over upstream pressure at a throat, from vacuum to equal pressures."""
-    return _zero_or_between(1e-6, 1.0)
-
-
-def bores() -> Floats:
-    """Diameter of the piston, m."""
-    return _between(5e-3, 0.2)
-
-
-def strokes() -> Floats:
-    """Full stroke, m."""
-    return _between(10e-3, 2.0)
-
-
-def dead_volume_fractions() -> Floats:
-    """Dead volume over half the stroke's volume."""
-    return _between(0.01, 0.5)
-
-
 def positions(fraction: float = 0.96) -> Floats:
     """Position of the piston from mid-stroke as a fraction of half the stroke, from -fraction to fraction."""
     return _zero_or_either_sign(min(1e-6, fraction), fraction)
@@ -73,29 +53,9 @@ def velocities(high: float = 3.0) -> Floats:
     return _zero_or_either_sign(1e-6, high)
 
 
-def volumes() -> Floats:
-    """Volume of a chamber, m3."""
-    return _between(1e-6, 1e-2)
-
-
-def volume_rates() -> Floats:
-    """Rate of change of a chamber's volume, m3/s."""
-    return _zero_or_either_sign(1e-9, 1e-2)
-
-
-def wall_areas() -> Floats:
-    """Heat transfer area of a chamber, m2."""
-    return _between(1e-4, 1.0)
-
-
 def polytropic_indices(low: float = 1.0, high: float = 1.4) -> Floats:
     """Polytropic index n, from isothermal to adiabatic air."""
     return _between(low, high)
-
-
-def grids() -> st.SearchStrategy[list[float]]:
-    """Grid of polytropic indices n of a study, increasing."""
-    return st.lists(polytropic_indices(), min_size=1, max_size=20, unique=True).map(sorted)
 
 
 def gammas() -> Floats:
@@ -116,26 +76,6 @@ def conductances() -> Floats:
 def voltages(high: float = 10.0) -> Floats:
     """Command of the servo-valve, V."""
     return _zero_or_either_sign(1e-6, high)
-
-
-def throat_areas() -> Floats:
-    """Area of one restriction of the valve, m2."""
-    return _zero_or_between(1e-10, 1e-4)
-
-
-def flows() -> Floats:
-    """Mass flow in one direction, kg/s."""
-    return _zero_or_between(1e-9, 0.05)
-
-
-def masses() -> Floats:
-    """Moving mass, kg."""
-    return _between(0.1, 100.0)
-
-
-def area_ratios() -> Floats:
-    """Ratio of heat transfer areas (to mid-stroke), or of leaks' areas."""
-    return _between(0.05, 20.0)
 
 
 def gases() -> st.SearchStrategy[Gas]:
@@ -172,8 +112,8 @@ def cylinders() -> st.SearchStrategy[Cylinder]:
             x_max=stroke / 2,
         )
 
-    friction, dead = _zero_or_between(1.0, 1e4), dead_volume_fractions()
-    return st.builds(build, bores(), strokes(), dead, dead, masses(), friction)
+    bore, stroke, dead, M = _between(5e-3, 0.2), _between(10e-3, 2.0), _between(0.01, 0.5), _between(0.1, 100)
+    return st.builds(build, bore, stroke, dead, dead, M, _zero_or_between(1.0, 1e4))
 
 
 def plants() -> st.SearchStrategy[Plant]:

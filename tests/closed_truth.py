@@ -23,6 +23,16 @@ class Truth(NamedTuple):
     e_PT: float = 0.5
 
 
+def moving(t: np.ndarray) -> np.ndarray:
+    """Position of a piston that moves, m from mid-stroke."""
+    return 0.055 * np.sin(2.2 * t) * np.cos(0.3 * t) + 0.01 * np.sin(7 * t)
+
+
+def compressed(t: np.ndarray) -> np.ndarray:
+    """Position of a piston that is pushed by 60 mm in 0.2 s and held."""
+    return -0.03 * np.tanh((t - 0.3) / 0.05)
+
+
 def pressures(
     truth: Truth, plant: Plant, x: Callable[[np.ndarray], np.ndarray], t: np.ndarray, break_at: float = 0.0
 ) -> np.ndarray:

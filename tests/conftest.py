@@ -27,7 +27,7 @@ RESULTS = Path(__file__).parents[1] / "results"
 
 def study_is_complete() -> bool:
     """Whether results/ holds the paper's study; the smoke study does not count."""
-    if not all((RESULTS / name).exists() for name in ("exact/statistics.nc", "settling.nc", "table7.md")):
+    if not all((RESULTS / name).exists() for name in ("exact/statistics.nc", "settling.nc", "verdict.json")):
         return False
     import xarray as xr
 
@@ -56,7 +56,7 @@ def results() -> Path:
 @pytest.fixture(scope="session")
 def evidence_file(results):
     """Path of a file of evidence by its name, in results or kept with the source; where absent, skip."""
-    from pneumo.storage import kept_evidence
+    from paper.study import kept_evidence
 
     def path(name: str, target: str = "evidence") -> Path:
         file = kept_evidence.evidence_file(results, name)

@@ -11,8 +11,8 @@ from paper.study.pages import STATUS_LOOKS
 from paper.study.pages import report_page as report
 from paper.study.pages.packing import MISSING
 from paper.study.pages.report_page import part, report_page
+from paper.study.trace_layout import interval_edges, n_shown, shown_steps
 from pneumo.physics.models import MODELS
-from pneumo.storage.trace_layout import interval_edges, n_shown, shown_steps
 
 HOSTILE = "</script><img src=x onerror=alert(1)>"
 MANY_VALUES = 60  # waves in an invented trace

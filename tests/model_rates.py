@@ -5,12 +5,15 @@ from hypothesis import strategies as st
 from pneumo import testing as some
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
 
+RATES = st.floats(1e-9, 1e-2)  # of change of a volume, m3/s
+
 
 def arguments():
     """Everything a reduced model reads, by name: the arguments of `paper_equations.M1` ... `M10`."""
-    P, T, area = some.pressures(), some.temperatures(), some.wall_areas()
-    states = {"P": P, "V": some.volumes(), "dV_dt": some.volume_rates()}
-    states |= dict.fromkeys(("m_in", "m_out"), some.flows())
+    P, T, area = some.pressures(), some.temperatures(), st.floats(1e-4, 1.0)
+    rate = st.just(0.0) | RATES | RATES.map(lambda value: -value)
+    states = {"P": P, "V": st.floats(1e-6, 1e-2), "dV_dt": rate}
+    states |= dict.fromkeys(("m_in", "m_out"), st.just(0.0) | st.floats(1e-9, 0.05))
     constants = {"T_amb": T, "T_in": T, "P_0": P, "T_0": T, "n": some.polytropic_indices()}
     constants |= {"gamma": some.gammas(), "R": some.gas_constants(), "k_0": some.conductances()}
     return st.fixed_dictionaries(states | constants | {"A_q": area, "A_q0": area})

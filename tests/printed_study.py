@@ -14,7 +14,7 @@ from paper.study.paper_2006.printed_tables import PAPER_FOLDER, table5
 from paper.study.paper_2006.results import PrintedTables
 from pneumo.configuration.study_json import to_json
 from pneumo.physics.models import MODELS, lane
-from pneumo.storage.files import write, write_json
+from pneumo.storage.files import write, write_text
 from pneumo.storage.layout import experiment_labels
 from pneumo.verdict.published import read_cells
 
@@ -28,7 +28,7 @@ def save(dataset: xr.Dataset, file: Path) -> None:
 def write_printed_study(folder: Path) -> Path:
     """Write the folder and return it."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_json(to_json(STUDY), folder / "parameters.json")
+    write_text(to_json(STUDY), folder / "parameters.json")
     statistics = PrintedTables(folder).statistics
     statistics["experiments"] = ("level", [16, 8, 8, 8])
     statistics["failure_time"] = ("experiment", [np.nan] * 16)

@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.configuration.parameters import load, study
-from pneumo.configuration.study_json import to_json
 from pneumo.simulation.signals import STUDY_SAMPLINGS
-from pneumo.storage.files import write_json
 
 ROOT = Path(__file__).parents[1]
 EXPERIMENTS = ("E06", "E12")
@@ -32,22 +30,18 @@ def small_study(results: Path, override: Path) -> None:
     names = ", ".join(EXPERIMENTS)
     override.write_text(f"name: small\nrun: {{experiments: [{names}], duration_limit_s: 1.0}}\n")
     parameters = results / "parameters.json"
-    write_json(to_json(study(load(ROOT / "config/paper.yaml", override))), parameters)
+    small = study(load(ROOT / "config/paper.yaml", override))
 
     def each(folder: str) -> list[Path]:
         return [results / folder / f"{name}.nc" for name in EXPERIMENTS]
 
-    code = "0" * 64
     with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
-        script("settling")(parameters, each("settling"), results / "settling.nc", code)
-        script("datum")(parameters, each("datum"), 1, code)
+        script("settling")(small, each("settling"), results / "settling.nc")
+        script("datum")(small, parameters, each("datum"), 1)
         replays = [file for sampling in STUDY_SAMPLINGS for file in each(f"{sampling}/replay")]
-        script("replay")(parameters, each("datum"), replays, 2, code)
+        script("replay")(parameters, each("datum"), replays, 2)
         statistics = [results / sampling / "statistics.nc" for sampling in STUDY_SAMPLINGS]
-        script("statistics")(parameters, statistics, code)
-        measured = results / "2007"
-        script("simulated_example")(
-            ROOT / "paper/2007/claims.yaml", measured / "example.nc", measured / "coefficients.nc", [], code
-        )
+        script("statistics")(parameters, statistics)
+        script("simulated_example")(results / "2007/example.nc")
         verdict = results / "verdict.json"
         script("verdict")("2006", ROOT / "paper/2006/claims.yaml", {}, verdict, verdict.with_suffix(".html"))

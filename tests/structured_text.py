@@ -8,7 +8,6 @@ is an error.
 import math
 import operator
 import re
-from collections import Counter
 
 import numpy as np
 from blark import transform as tree
@@ -41,10 +40,9 @@ def parsed(text):
 class Block:
     """An instance of a function block or program; `blocks` are the units whose instances it declares."""
 
-    def __init__(self, unit, arrays=(), blocks=(), count=False):
+    def __init__(self, unit, arrays=(), blocks=()):
         self.name, self.types, self.values, self.sections = str(unit.name), {}, {}, {}
         self.blocks = {str(other[0].name).lower(): other for other in blocks}
-        self.operations, self.count = Counter(), count
         for section in unit.declarations:
             for item in section.items:
                 self._declare(section, item, dict(arrays))
@@ -84,7 +82,7 @@ class Block:
                 self.values[name] = dict(zip(places, numbers, strict=True))
             elif kind.lower() in self.blocks:
                 self.types[name] = kind
-                self.values[name] = Block(*self.blocks[kind.lower()], count=self.count)
+                self.values[name] = Block(*self.blocks[kind.lower()])
             else:
                 self.types[name] = kind
                 default = {"BOOL": "FALSE", "INT": "0"}.get(kind, "0.0")
@@ -174,7 +172,7 @@ class Block:
         if sign in COMPARISONS:
             return "BOOL", lambda: bool(function(left(), right()))
         assert kind != "INT" or sign != "/"
-        return kind, self._counted(sign, kind, lambda: function(left(), right()))
+        return kind, lambda: function(left(), right())
 
     def _FunctionCall(self, node):
         name = str(node.name).upper()
@@ -183,17 +181,7 @@ class Block:
         function = {"ABS": abs, "SQRT": math.sqrt, "EXPT": math.pow}[name]
         assert len(values) == (2 if name == "EXPT" else 1) and kind in REALS, name
         of_kind = REALS[kind]
-        return kind, self._counted(name, kind, lambda: of_kind(function(*(value() for value in values))))
-
-    def _counted(self, name, kind, function):
-        if not self.count or kind == "INT":
-            return function
-
-        def counting():
-            self.operations[name] += 1
-            return function()
-
-        return counting
+        return kind, lambda: of_kind(function(*(value() for value in values)))
 
     # Statements: functions without arguments
 

@@ -12,19 +12,17 @@ from paper.study.figures.paper_figures import fig07
 from paper.study.figures.traces_figure import time_traces
 from paper.study.pages.verdict_page import verdict_page
 from paper.study.paper_2006.paper import PAPER_2006
-from paper.study.paper_2006.printed_tables import table7
+from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
 from paper.study.text.explain import cell_text
-from paper.study.text.markdown_tables import table_7
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import NO_RUN, replay
-from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import statistics
 from pneumo.storage.files import open_grid, read
 from pneumo.storage.grid_layout import replay_dataset
-from pneumo.storage.layout import datum_dataset, failure_text, settling_dataset
+from pneumo.storage.layout import datum_dataset, failure_text
 from pneumo.verdict.judging import verdict
 
 pytestmark = pytest.mark.xdist_group("printed")
@@ -139,7 +137,7 @@ def test_averages_leave_a_failed_run_out_and_count_the_others(folder):
 
 
 @pytest.mark.slow
-def test_table_page_and_figure_say_that_a_run_failed(folder):
+def test_page_and_figure_say_that_a_run_failed(folder):
     judged = verdict(folder, PAPER_2006)
     assert list(judged["failures"]) == ["E06"]
     assert judged["highlights"]["by_experiment"] is None
@@ -147,7 +145,5 @@ def test_table_page_and_figure_say_that_a_run_failed(folder):
     assert "E06 is left out of every average:</strong> full-order run failed at t = 0.001 s" in page
     of_run = {item["status"] for item in judged["items"] if item["id"].startswith("T8.E06.")}
     assert of_run == {"not judged"}
-    table = table_7(read(folder / "published" / "statistics.nc"), table7())
-    assert "E06 is left out: its full-order run failed at t = 0.001 s." in table
     figure = time_traces(read(folder / "datum" / "E06.nc"), {}, {})
     assert "E06: the full-order run failed at t = 0.001 s" in figure.texts[0].get_text()

@@ -1,6 +1,7 @@
 """The object of a fit in a notebook."""
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -45,7 +46,16 @@ def test_tables_have_the_fits_numbers(fit):
     np.testing.assert_allclose(np.diag(correlation), 1.0, rtol=1e-9)
     assert correlation.loc["k_xu", "b"] < -0.5  # a smaller b and a larger C carry the same flow
     assert fit._repr_html_().count("<tr") > 10
-    assert fit.plot().get_axes()
+    assert fit.plot().get_axes() and fit.to_xarray().sizes["model"] == 2
+    known = [name for name in correlation.index if fit.result.estimates("full")[name].known]
+    shown = [ax for ax in fit.plot_pairs().axes if ax.get_visible()]
+    assert len(shown) == len(known) * (len(known) + 1) / 2
+
+
+def test_a_fitted_model_is_exported_with_its_estimates(fit, tmp_path):
+    source, *_ = fit.export(tmp_path / "fitted.c")
+    (k_0,) = re.findall(r"([0-9.]+), /\* k_0 \*/", source.read_text())
+    assert float(k_0) == pytest.approx(fit.result.replayed("full")["k_0"].value, rel=1e-3)
 
 
 def test_another_record_judges_the_models(fit, file):
@@ -87,7 +97,7 @@ def test_a_fit_shows_itself_in_ten_lines(fit):
         ({"part": 0.0}, "part = 0: must lie between 0.2 and 0.9"),
         ({"part": np.nan}, "part = nan: must lie between 0.2 and 0.9"),
         ({"record": []}, "record: an empty list: must have at least one record"),
-        ({}, "record: u, or m_A and m_B, are zero in every sample"),
+        ({"also": ["b"]}, "also: the fit of closed chambers has no such choice"),
     ],
 )
 def test_a_wrong_argument_is_one_line_that_names_it(file, change, said):

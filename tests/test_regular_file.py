@@ -5,11 +5,10 @@ import os
 import pytest
 from netCDF4 import Dataset
 
+from paper.study.kept_evidence import evidence_file
 from pneumo.errors import InputError
 from pneumo.regular_file import regular_file
 from pneumo.storage.files import atomic, output_folder, write_text
-from pneumo.storage.kept_evidence import evidence_file
-from pneumo.storage.seal import seal
 
 SIGNAL = "experiments: {open: {signal: {kind: csv, file: pipe.csv, column: u, hold_s: 0.1}}}"
 TABLE = "cylinders: pipe.csv"
@@ -54,7 +53,6 @@ def test_a_small_file_that_would_fill_the_memory_is_refused_before_it_is_loaded(
             file.createDimension("a", 200_000)
             file.createDimension("b", 100_000)
             file.createVariable("block", "f8", ("a", "b"), zlib=True)
-    seal(tmp_path / "fleet.nc", ".nc")
     assert (tmp_path / "fleet.nc").stat().st_size < 30_000
     code, _, err = inside("study", "--from", tmp_path, "--cylinder", "mine")
     words = "block would take 160000000000 bytes of memory: at most 8000000000 for all"

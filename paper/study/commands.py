@@ -4,7 +4,7 @@ Modules are imported inside the functions, so that help and errors of usage are 
 """
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 from typer import Argument, Option
@@ -13,7 +13,6 @@ from paper.study.known_papers import PaperName
 from pneumo.cli.options import output_to
 
 RESULTS = Path("results")
-MOST_NAMED = 5  # files in one line
 Results = Annotated[Path, Option(help="folder of results")]
 OfPaper = Annotated[PaperName, Option("--paper", help="which paper")]
 paper = typer.Typer(help="Reproduction of the paper: verdict and evidence.")
@@ -47,9 +46,9 @@ def verdict(
     if record:
         from paper.study import PAPERS
         from pneumo.storage.files import write_text
-        from pneumo.verdict.judging import recorded_text
 
-        write_text(recorded_text(judged["facts"]), PAPERS / paper / "statuses.csv")
+        rows = sorted(f'{fact["name"]},"{fact["status"]}"' for fact in judged["facts"])
+        write_text("\n".join(["fact,status", *rows, ""]), PAPERS / paper / "statuses.csv")
 
 
 def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
@@ -60,35 +59,15 @@ def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
     from paper.study.pages.verdict_page import verdict_page
     from paper.study.paper_2006.other_simulators import verdict_on
     from pneumo.configuration.parameters import load, study
-    from pneumo.storage.files import output_folder, write_json, write_text
+    from pneumo.storage.files import output_folder, write_text
 
     paper = study(load(PAPERS.parent / "config/paper.yaml"))
     with output_folder(out):
         judged = verdict_on(runs, paper, tool, lambda text: typer.echo(text, err=True))
         text = json.dumps(judged, ensure_ascii=False, indent=1, allow_nan=False)
-        write_json(f"{text}\n", out / "verdict.json")
+        write_text(f"{text}\n", out / "verdict.json")
         write_text(verdict_page(judged, PAPERS / "2006"), out / "verdict.html")
     return judged
-
-
-@paper.command()
-def figures(
-    results: Results = RESULTS,
-    style: Annotated[
-        Literal["paper", "talk"],
-        Option(help="paper: as the workflow does; talk: large type, for slides"),
-    ] = "paper",
-    output: Annotated[Path | None, output_to("folder to write [figures-STYLE]")] = None,
-) -> None:
-    """Draw the study's figures from its results, as SVG and PNG."""
-    from paper.study.figures.saved_figures import save_figures
-    from pneumo.publish.style import drawn_for
-    from pneumo.storage.files import output_folder
-
-    folder = output or Path(f"figures-{style}")
-    with output_folder(folder), drawn_for(style):
-        files = save_figures(results, folder)
-    typer.echo(f"{folder}: {len(files)} files written")
 
 
 @paper.command()
@@ -125,29 +104,15 @@ def explain(
 
 
 @paper.command()
-def verify(
-    results: Annotated[Path, Argument(help="folder of results")] = RESULTS,
-    remove: Annotated[
-        bool, Option("--remove", help="remove damaged files; the next run makes them again")
-    ] = False,
-) -> None:
-    """Check the SHA-256 of every result, page and figure."""
+def verify(results: Annotated[Path, Argument(help="folder of results")] = RESULTS) -> None:
+    """Check every result, page and figure against SHA256SUMS, which the workflow writes."""
     from pneumo.errors import ResultError
-    from pneumo.storage.files import damaged
-    from pneumo.storage.kept_evidence import removed_unless_kept
-    from pneumo.storage.seal import changed, manifest, sealed_files, without_hash
+    from pneumo.storage.checksums import unlike_sums
 
-    files = [*sealed_files(results), *manifest(results)]
-    errors = [*damaged(results), *changed(results)]
-    if not files:
-        raise ResultError(f"{results}: holds no results; `snakemake -j2` makes them")
-    for error in errors:
-        typer.echo(f"{error}; {removed_unless_kept(error.path)}" if remove else str(error))
-    if unknown := without_hash(results):
-        names = ", ".join(str(file.relative_to(results)) for file in unknown[:MOST_NAMED])
-        more = ", ..." if len(unknown) > MOST_NAMED else ""
-        typer.echo(f"{results}: not checked, since they have no SHA-256: {len(unknown)} files: {names}{more}")
-    if errors and not remove:
-        remedy = "run `pneumo paper verify --remove`, then `snakemake -j2`"
-        raise ResultError(f"{results}: {len(errors)} damaged or missing files; {remedy}")
-    typer.echo(f"{results}: {len(files) - len(errors)} files unchanged since they were written")
+    listed, unlike = unlike_sums(results)
+    for name in unlike:
+        typer.echo(f"{results / name}: changed or missing")
+    if unlike:
+        remedy = "delete them, then `snakemake -j2` makes them again"
+        raise ResultError(f"{results}: {len(unlike)} of {listed} files are not as they were made; {remedy}")
+    typer.echo(f"{results}: {listed} files as they were made")

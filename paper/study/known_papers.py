@@ -29,7 +29,7 @@ KNOWN: dict[PaperName, KnownPaper] = {
         "paper.study.paper_2006.paper",
         ".",
         (
-            *("parameters.json", "settling.nc", "assumptions.nc", "seed_sets.nc"),
+            *("parameters.json", "settling.nc", "seed_sets.nc"),
             *("settling/*.nc", "datum/*.nc"),
             *("published/statistics.nc", "published/replay/*.nc", "exact/statistics.nc", "exact/replay/*.nc"),
         ),
@@ -48,10 +48,10 @@ def current_verdict(results: Path, name: PaperName = "2006", folder: Path | None
 
     `results` is the folder of all results; `folder` is the paper's, by default that in ``paper/``.
     """
-    from pneumo.verdict.stored_verdict import stored_verdict  # here, or every `pneumo --help` would import it
+    from paper.study.stored_verdict import stored_verdict  # here, or every `pneumo --help` would import it
 
     known, folder = KNOWN[name], folder or PAPERS / name
-    stored = stored_verdict(results / known.results, folder, known.module, known.reads)
+    stored = stored_verdict(results / known.results, folder, known.reads)
     if stored is not None:
         return stored
     from pneumo.verdict.judging import verdict  # here: it imports slow packages

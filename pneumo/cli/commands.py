@@ -15,7 +15,7 @@ from pneumo.cli.cylinder_commands import check, init, study
 from pneumo.cli.fit_commands import fit, show
 from pneumo.cli.model_commands import export, linearise, models
 from pneumo.cli.rig_commands import rig
-from pneumo.cli.run_commands import simulate
+from pneumo.cli.run_commands import live, simulate
 
 app = typer.Typer(
     help="Reduced-order thermodynamic models of servo-pneumatic chambers. Begin with"
@@ -23,7 +23,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for command in (init, check, simulate, study, show, fit, rig, linearise, export, models):
+for command in (init, check, simulate, study, show, fit, rig, linearise, export, models, live):
     app.command()(command)
 
 CHECKOUT = Path(__file__).resolve().parents[2]

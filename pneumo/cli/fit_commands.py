@@ -12,16 +12,18 @@ from typer import Argument, Option
 from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, Trust, output_to, read_configuration
 from pneumo.fitting.fitted_parameters import ALSO
 from pneumo.fitting.record.formats import FORMATS
-from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS
 
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
 
 
-RECORD = f"record with t, u, x, P_A, P_B, optionally v, T, P_s: {READ_FORMATS}"
+RECORD = f"record with t, u, x, P_A, P_B, optionally T, P_s: {READ_FORMATS}"
 Record = Annotated[Path, Argument(help=RECORD)]
 Columns = Annotated[
-    Path | None,
-    Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: kPa}` ..."),
+    str | None,
+    Option(
+        metavar="YAML",
+        help="columns' names and units, `{P_A: {column: name, unit: kPa}, ...}`, or a YAML file of them",
+    ),
 ]
 Origin = Annotated[Literal["mid", "end"], Option(help="where x is zero: in mid-stroke or at chamber A's end")]
 
@@ -106,118 +108,86 @@ def fit(
     zero, or `--closed both`) are fitted with thermal laws instead: k_0, n, leakage.
     """
     import json
-    from dataclasses import replace
 
     from rich.console import Console
 
     from pneumo.catalogue import default_conductance
-    from pneumo.configuration.configured_dynamics import configured_dynamics
-    from pneumo.configuration.parameters import accuracy, sonic_conductance, study
-    from pneumo.configuration.sampling import HELD, INTERPOLATED
-    from pneumo.equations.chamber_rate import model_row
     from pneumo.errors import InputError
-    from pneumo.fitting.estimate import at_temperature
-    from pneumo.fitting.fit_result import ClosedChambersResult
-    from pneumo.fitting.fitted_yaml import fitted_configuration
-    from pneumo.fitting.measurement_fit import fit_measurement, fitted_too, validation
-    from pneumo.fitting.mistaken_columns import check_columns
-    from pneumo.fitting.position_checks import position_shown
     from pneumo.fitting.record.columns import read_mapping
-    from pneumo.fitting.record.joined_records import joined
-    from pneumo.fitting.record.measurement import read_measurement
-    from pneumo.physics.models import MODELS
-    from pneumo.publish.pages.fit_page import fit_page
+    from pneumo.notebook import fit as fit_records
+    from pneumo.notebook import read_record
     from pneumo.publish.text import terminal_tables as shown
-    from pneumo.selection.plants import configured_plant
-    from pneumo.storage.files import output_folder, write_text
+    from pneumo.storage.files import output_folder
 
     said: list[str] = []
 
     def say(text: str) -> None:
-        said.append(text)
-        typer.echo(text, err=True)
+        if text not in said:
+            said.append(text)
+            typer.echo(text, err=True)
 
+    configuration = read_configuration(config, trust)
+    mapping = read_mapping(columns) if columns else None
     if closed in ("A", "B"):
         choices = {"--json": as_json, "-o": output, "--model": model, "--also": also, "--validate": validate}
-        for option in (option for option, given in choices.items() if given):
+        for option in [option for option, given in choices.items() if given]:
             raise InputError(
                 f"{option}: --closed {closed} only prints k_0 of one chamber's transient; leave {option} out,"
                 " or --closed both"
             )
+        for file in measurements[1:]:
+            raise InputError(f"{file}: --closed {closed} takes one record; leave it out")
+        from pneumo.configuration.parameters import study
+        from pneumo.fitting.closed.thermal_time_constant import transient
+        from pneumo.fitting.estimate import at_temperature
+        from pneumo.selection.plants import configured_plant
+
+        plant = configured_plant(study(configuration), cylinder, 1.0)
+        still = read_record(
+            measurements[0], configuration, cylinder, columns=mapping, x_from=x_from, closed=True
+        )
+        for note in still.notes:
+            say(f"note: {note}")
+        found = transient(still, at_temperature(plant, still.T), closed, closed_from)
+        return typer.echo(shown.transient_text(found))
     if output is not None:
         context.with_resource(output_folder(output))
-    configuration = read_configuration(config, trust)
-    configured = study(configuration)
-    plant = configured_plant(configured, cylinder, 1.0)
-    named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
-    names = [model_row(name).name for name in model or MODELS]
-    mapping = read_mapping(columns) if columns else None
-    from_end = x_from == "end"
-    records = [
-        read_measurement(file, plant, mapping, from_end=from_end, closed=closed is not None)
-        for file in measurements
-    ]
-    measured, part = joined(records, part, MOST_STEPS)
-    record_name = ", ".join(file.name for file in measurements)
-    other = read_measurement(validate, plant, mapping, from_end=from_end) if validate else None
-    if closed_from and not measured.closed:
-        raise InputError(
-            f"--closed-from {closed_from:g} s: {record_name} is no record of closed chambers; leave it out,"
-            " or --closed A, B or both"
-        )
-    for note in measured.notes:
-        say(f"note: {note}")
-    if closed is not None and closed != "both":
-        from pneumo.fitting.closed.thermal_time_constant import transient
-
-        still = transient(measured, at_temperature(plant, measured.T), closed, closed_from)
-        return typer.echo(shown.transient_text(still))
-    rule = HELD if command == "held" else INTERPOLATED
-    if measured.closed:
-        from pneumo.fitting.closed.closed_fit import fit_closed
-
-        for option in [
-            name for name, given in (("model", model), ("also", also), ("validate", other)) if given
-        ]:
-            raise InputError(f"--{option}: the fit of closed chambers has no such choice; leave it out")
-        rest = measured.since(closed_from)
-        if len(rest.u) < FEWEST_SAMPLES:
-            left = f"leaves {len(rest.u)} samples of {measured.t[-1]:g} s: must be at least {FEWEST_SAMPLES}"
-            raise InputError(f"--closed-from {closed_from:g} s: {left}")
-        fitted = fit_closed(rest, plant, part=part, check=not trust, progress=say)
-    else:
-        if not trust:
-            for record in records:
-                check_columns(record, plant, command=rule)
-        causes = fitted_too(also or (), measured, configured_dynamics(configuration, named))
-        known = accuracy(configuration, position_shown(measured, plant), named)
-        fitted = fit_measurement(
-            measured, plant, names, command=rule, part=part, also=causes, known=known, progress=say
-        )
+    other = (
+        read_record(validate, configuration, cylinder, columns=mapping, x_from=x_from) if validate else None
+    )
+    found = fit_records(
+        list(measurements),
+        configuration,
+        cylinder,
+        models=model or None,
+        columns=mapping,
+        x_from=x_from,
+        command=command,
+        part=part,
+        also=also or (),
+        trust=trust,
+        closed=closed is not None,
+        closed_from=closed_from,
+        progress=say,
+    )
+    fitted = found.result
     for note in fitted.notes:
-        if f"note: {note}" not in said:
-            say(f"note: {note}")
-    if configuration.cylinders[named].valve:
-        C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
-        fitted = replace(fitted, C_per_k_xu=C_per_k_xu)
-    errors = validation(fitted, other, plant, command=rule) if other else {}
+        say(f"note: {note}")
+    errors = {str(name): row.to_numpy() for name, row in found.validate(other).iterrows()} if other else {}
     if as_json:
         validated = {name: rms.tolist() for name, rms in errors.items()}
         typer.echo(json.dumps(fitted.summary() | ({"rms_validated": validated} if errors else {}), indent=1))
     for table in [] if as_json else [*shown.fit_tables(fitted), *shown.validation_tables(errors)]:
         Console().print(table)
-    if isinstance(fitted, ClosedChambersResult):
+    if fitted.of == "closed":
         typer.echo(shown.wall_text(fitted), err=as_json)
     for text in fitted.warnings:
         typer.echo(f"warning: {text}", err=as_json)
-    start = default_conductance(plant.cylinder)
+    start = default_conductance(found.plant.cylinder)
     ends = f"95 % of such cylinders {start.k_0_low:.2g} to {start.k_0_high:.2g}"
     typer.echo(f"k_0 was searched from {start.k_0:.2g} W/K, the catalogue's ({ends})", err=as_json)
     if output is not None:
-        fitted.save(configured.config_sha256, output / "fit.nc")
-        write_text(fit_page(fitted, record_name), output / "fit.html")
-        text = fitted_configuration(configuration, named, plant, fitted, record_name, T=measured.T)
-        write_text(text, output / "fitted.yaml")
+        found.save(output)
         typer.echo(
             f"{output / 'fit.html'}, {output / 'fit.nc'} and {output / 'fitted.yaml'}: written", err=as_json
         )

@@ -126,13 +126,16 @@ def export(
     valve: Annotated[
         bool, Option("--valve/--no-valve", help="with the valve's flow; without it mass flows are inputs")
     ] = True,
+    two_valves: Annotated[
+        bool, Option("--two-valves", help="a valve for each chamber, with the inputs u_A and u_B")
+    ] = False,
     piston: Annotated[
         bool,
         Option("--piston/--no-piston", help="with the equation of motion; without it x and v are inputs"),
     ] = False,
     observer: Annotated[
         Literal["none", "one", "both"] | None,
-        Option(help="c and st: with a filter that estimates the pressures, from x and this many measured"),
+        Option(help="c: with a filter that estimates the pressures, from x and this many measured"),
     ] = None,
     fmi: Annotated[Literal["2", "3"], Option(help="version of the FMU")] = "2",
     output: Annotated[Path | None, output_to("file to write [a single file: standard output]")] = None,
@@ -162,6 +165,7 @@ def export(
         fmi=3 if fmi == "3" else 2,
         observer=observer,
         dynamics=dynamics,
+        two_valves=two_valves,
     )
     if output is None:
         return typer.echo("".join(text.decode() for text in files.values()), nl=False)
@@ -171,7 +175,7 @@ def export(
         typer.echo(f"{output.parent}: new folder")
     write_files({names[name]: content for name, content in files.items()}, output.parent)
     moving = piston or observer is not None
-    chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics)
+    chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics, two_valves=two_valves)
     typer.echo(f"{', '.join(str(output.parent / name) for name in names.values())}: written")
     typer.echo(f"states {', '.join(chosen.states)}; inputs {', '.join(chosen.inputs)}")
     if limit := validity(chosen):

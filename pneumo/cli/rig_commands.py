@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 from typer import Argument, Option
 
+from pneumo.cli.fit_commands import Columns
 from pneumo.cli.options import as_spelt, output_to
 
 
@@ -13,10 +14,7 @@ def rig(
     context: typer.Context,
     file: Annotated[Path, Argument(help="YAML file of the rig: numbers, or [low, high] of what is fitted")],
     record: Annotated[Path, Argument(help="record with t and P_A, for a chamber also x and u; optionally T")],
-    columns: Annotated[
-        Path | None,
-        Option(help="YAML file with the columns' names and units: `P_A: {column: name, unit: bar(g)}` ..."),
-    ] = None,
+    columns: Columns = None,
     command: Annotated[
         Literal["column", "edges"], Option(help="the valve's command: column u, or the pressure's own edges")
     ] = "column",
@@ -24,10 +22,7 @@ def rig(
     temperature: Annotated[
         bool, Option("--temperature", help="fit measured gas temperatures too, and their lag")
     ] = False,
-    to: Annotated[
-        Literal["c"] | None, Option(help="write the model with the lowest error held out as C too")
-    ] = None,
-    output: Annotated[Path | None, output_to("folder for rig.html, rig.nc, rig.c")] = None,
+    output: Annotated[Path | None, output_to("folder for rig.html, rig.nc")] = None,
 ) -> None:
     """Fit models to chambers behind an on/off valve, or a vessel.
 
@@ -37,9 +32,8 @@ def rig(
 
     from pneumo.errors import InputError, printable
     from pneumo.fitting.record.columns import read_mapping
-    from pneumo.fitting.rig.rig_c import rig_c
     from pneumo.fitting.rig.rig_file import read_rig
-    from pneumo.fitting.rig.rig_fit import judged_models, values_of
+    from pneumo.fitting.rig.rig_fit import judged_models
     from pneumo.fitting.rig.rig_record import read_runs
     from pneumo.fitting.rig.rig_replay import RIG_MODELS
     from pneumo.publish.pages.fit_page import fit_page
@@ -49,8 +43,6 @@ def rig(
     for name in model or ():
         if name not in RIG_MODELS:
             raise InputError(f"--model {printable(name)}: must be one of {', '.join(RIG_MODELS)}")
-    if to is not None and output is None:
-        raise InputError("--to c: needs -o, a folder for its files")
     if output is not None:
         context.with_resource(output_folder(output))
     known = read_rig(file)
@@ -67,9 +59,3 @@ def rig(
         fit.save("none: a rig has a file of its own", output / "rig.nc")
         write_text(fit_page(fit, record.name), output / "rig.html")
         typer.echo(f"{output / 'rig.html'} and {output / 'rig.nc'}: written")
-    if output is not None and to is not None:
-        best = fit.models[0]
-        files = rig_c(known, best, values_of(fit, known, best), runs)
-        for name, text in files.items():
-            write_text(text, output / name)
-        typer.echo(f"{', '.join(str(output / name) for name in files)}: written, {best}")

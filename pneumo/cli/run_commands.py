@@ -1,4 +1,4 @@
-"""``pneumo simulate``: a run of a configured cylinder from any start, such as its first stroke.
+"""``pneumo simulate``: a run of a configured cylinder; ``pneumo live``: a page that does it in the browser.
 
 Modules are imported inside the function, so that help and errors of usage are fast.
 """
@@ -105,6 +105,26 @@ def simulate(
         _write(run, output, configured.config_sha256)
 
 
+def live(
+    output: Annotated[Path | None, output_to("file for a copy of the page, instead of opening it")] = None,
+) -> None:
+    """Open the page that studies and simulates a cylinder in the browser.
+
+    It is one file and loads nothing else.
+    """
+    import webbrowser
+
+    from pneumo.publish.pages.live_page import PAGE
+    from pneumo.storage.files import write_text
+
+    if output is None:
+        typer.echo(PAGE)
+        webbrowser.open(PAGE.as_uri())
+    else:
+        write_text(PAGE.read_text(encoding="utf-8"), output)
+        typer.echo(f"{output}: written")
+
+
 def _start(plant: Any, text: str) -> Any:
     """Start from its name, or from numbers by name; those left out are as vented."""
     from pneumo.errors import InputError, printable
@@ -157,7 +177,6 @@ def _signal(option: str, text: str, columns: tuple[str, ...]) -> "tuple[np.ndarr
 
 
 def _write(run: Any, output: Path, config_sha256: str) -> None:
-    from pneumo.hashing import code_hash
     from pneumo.publish.style import save
     from pneumo.storage.files import atomic, attributes, write
 
@@ -165,8 +184,7 @@ def _write(run: Any, output: Path, config_sha256: str) -> None:
         with atomic(output) as part:
             run.to_table().to_csv(part, index=False)
     else:
-        code = code_hash("pneumo.runs")
-        about = attributes("Simulated run of a cylinder", repr(run), config_sha256, code)
+        about = attributes("Simulated run of a cylinder", repr(run), config_sha256)
         write(run.to_xarray(), output, about)
     svg, png = save(run.plot(), output.with_suffix(""))
     typer.echo(f"{output}, {svg}, {png}: written")

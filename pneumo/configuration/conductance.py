@@ -8,8 +8,10 @@ UPSTREAM, DOWNSTREAM = 7.0, 6.0  # bar absolute: from 6 to 5 bar on the gauge, a
 SECONDS = 60.0  # in a minute
 USUAL_B = 0.3  # where a catalogue has no b
 NORMAL = 293.15 / 273.15 * 1.01325  # litres at 20 degC and 1 bar in a normal litre: DIN 1343, ISO 8778
-Q_N_PER_CV = 984.0 * 1.01325  # l/min at 20 degC and 1 bar from 7 to 6 bar; 984 at 1 atm by NFPA's formula
-KV_PER_CV = 0.865  # (m^3/h) / (US gallon a minute), each per root of its unit of pressure
+# l/min at 20 degC and 1 bar from 7 to 6 bar. NFPA T3.21.3: 22.48 Cv sqrt((P_1 - P_2) P_2 / T) standard cubic
+# feet a minute (psi, degrees Rankine): 984 l/min at 1 atm, of 60 or 68 degF by different makers.
+Q_N_PER_CV = 984.0 * 1.01325
+KV_PER_CV = 0.865  # (m^3/h) / (US gallon a minute), each per root of its unit of pressure (IEC 60534-1)
 
 
 class Conversion(NamedTuple):
@@ -38,7 +40,7 @@ CONVERSIONS = {
     "C_l_per_minbar": Conversion(
         "l/(min bar)", 1 / SECONDS, False, 0.0, "ISO 6358, litres as in ISO 8778 (ANR)"
     ),
-    "S_mm2": Conversion("mm2", 1 / 5.0, False, 0.05, "C = S / 5, as JIS B 8390's makers convert"),
+    "S_mm2": Conversion("mm2", 1 / 5.0, False, 0.05, "C = S / 5; an ideal nozzle has S / 5.02"),
     "Cv": Conversion(
         "", Q_N_PER_CV, True, 0.15, "NFPA's gas formula, 984 l/min at 1 atm from 7 to 6 bar for Cv = 1"
     ),

@@ -74,7 +74,11 @@ def read_yaml(file: Path) -> dict[str, Any]:
         If the file is missing, too large, not plain YAML, or does not hold a mapping.
     """
     name = printable(str(file), 300)
-    text = read_text(file, LARGEST_CONFIGURATION, name)
+    return parse_yaml(read_text(file, LARGEST_CONFIGURATION, name), name)
+
+
+def parse_yaml(text: str, name: str) -> dict[str, Any]:
+    """Return the content of a configuration; `ConfigurationError` as of `read_yaml`, with the name."""
     try:
         result = yaml.load(text, _PlainLoader)  # noqa: S506 - a stricter SafeLoader
     except RecursionError:

@@ -41,6 +41,6 @@ def to_json(study: Study) -> str:
     return json.dumps(plain(study), indent=1, allow_nan=False) + "\n"
 
 
-def from_json(text: str) -> Study:
+def from_json(text: str | bytes) -> Study:
     """Return the study that `to_json` wrote; every float comes back exactly."""
     return _built(Study, json.loads(text))

@@ -54,12 +54,14 @@ INLINE void full_order_step(double *y, const Driven *driven, double h, double *Y
     stopped(y, y + 1, v, &driven->plant->cylinder);
 }
 
-/* Largest estimated error of the last step over stroke, P_0 or T_0; infinite where it failed. */
+/* Largest estimated error of the last step over stroke, P_0 or T_0; infinite where it failed. The way beyond a stop is
+   an error of the position. */
 static double relative_error(const Driven *driven, double h, const double *y, double *K) {
     const Plant *plant = driven->plant;
     double error[6];
     embedded_error(full_order_rates, driven, y, 6, h, K, error);
-    double largest = fabs(error[0]) / plant->cylinder.stroke;
+    const Cylinder *c = &plant->cylinder;
+    double largest = larger(fabs(error[0]), larger(c->x_min - y[0], y[0] - c->x_max)) / c->stroke;
     for (int s = 2; s < 6; s++) {
         double scale = s % 2 == 0 ? plant->conditions.P_0 : plant->conditions.T_0;
         if (!(y[s] > 0 && fabs(error[s]) < INFINITY)) return (double)INFINITY;

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import Choice, choices
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Chamber, Cylinder, acceleration, heat_area, motion, stopped, volume
+from pneumo.physics.cylinder import Chamber, Cylinder, Side, acceleration, heat_area, motion, stopped, volume
 from pneumo.physics.models import Model, lane, model_dP_dt, temperature
-from pneumo.physics.valve import Conditions, Gas, Valve, chamber_flows, limited
+from pneumo.physics.valve import Conditions, Gas, Paths, Valve, chamber_flows, limited, path_flows
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics, beyond_dead_band, opening_rate
 
 
@@ -49,46 +49,63 @@ class Statement(NamedTuple):
     comment: str  # unit and number of the equation
 
 
-CHAMBER_CONSTANTS = {"A": ("A_A", "V_d_A"), "B": ("A_B", "V_d_B")}  # of which its `Chamber` consists
+PATHS = "inlet", "outlet"  # of a chamber, from the supply and to the atmosphere
 ROOT_2 = 2**0.5  # SymPy takes it out of the root in eq (1)
 WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "lambda A_q": "eqs (7), (8)"}
 
 
-def valve_equations(plant: Plant, dynamics: ValveDynamics) -> list[Equation]:
-    """Equations of a valve with lag, null offset or dead band, from the command u to the effective u_valve.
+def valve_equations(
+    plant: Plant, dynamics: ValveDynamics, two_valves: bool, substep: bool = False
+) -> list[Equation]:
+    """Equations of the valve from the command u, or u_A and u_B, to the effective `u_valve`, or two of these.
 
-    With a lag, `opening` is a state, and dopening_dt one of the results.
+    With a lag, `opening` is a state: results include its rate, or, in a substep of s seconds, its value at
+    the end. A valve with `Paths` has their openings as results, such as `inlet_A`.
     """
     lag, null, dead_band = dynamics.lag, dynamics.null, dynamics.dead_band
-    limit = Equation(("u_limited",), lambda u: limited(u, plant.valve.u_max), ("u",), "V")
-    late = Equation(
-        ("dopening_dt",),
-        lambda u, opening: opening_rate(u, opening, lag),
-        ("u_limited", "opening"),
-        "V/s, first-order lag",
-    )
-    shut = Equation(
-        ("u_valve",),
-        lambda u: beyond_dead_band(u, null, dead_band),
-        ("opening" if lag else "u_limited",),
-        "V, beyond null offset and dead band",
-    )
-    return [limit, late, shut] if lag else [limit, shut]
+    paths, equations = plant.valve.paths, list[Equation]()
+
+    def rate(u: Any, opening: Any) -> Any:
+        return opening_rate(u, opening, lag)
+
+    def followed(u: Any, opening: Any, s: Any) -> tuple[Any, Any]:
+        after = u + (opening - u) / (1 + s / lag + (s / lag) ** 2 / 2)
+        return after, (opening + after) / 2
+
+    for of in ("_A", "_B") if two_valves else ("",):
+        limit, known = (lambda u: limited(u, plant.valve.u_max)), (f"u{of}",)
+        if dynamics.proportional:
+            equations.append(Equation((f"u_valve{of}",), limit, known, "V, limited"))
+            continue
+        equations.append(Equation((f"u_limited{of}",), limit, known, "V"))
+        spool, known = f"u_limited{of}", (f"u_limited{of}", f"opening{of}")
+        if lag and substep:
+            spool = f"opening{of}_mean"
+            names = f"opening{of}_after", spool
+            equations.append(Equation(names, followed, (*known, "s"), "V, first-order lag"))
+        elif lag:
+            spool = f"opening{of}"
+            equations.append(Equation((f"dopening{of}_dt",), rate, known, "V/s, first-order lag"))
+        shut = lambda u: beyond_dead_band(u, null, dead_band)  # noqa: E731
+        equations.append(Equation((f"u_valve{of}",), shut, (spool,), "V, beyond null offset and dead band"))
+    for side in Side if paths.knots else ():
+        sign, of = (1, f"_{side.name}") if two_valves else (side.sign, "")
+        openings = lambda u, sign=sign, side=side: paths.openings(sign * u, side)  # noqa: E731
+        names = tuple(f"{path}_{side.name}" for path in PATHS)
+        equations.append(Equation(names, openings, (f"u_valve{of}",), "V, openings of the paths"))
+    return equations
 
 
-def chamber_equations(
-    model: Model | None, n: Any, plant: Plant, valve: bool, limit: bool = True
-) -> list[Equation]:
+def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) -> list[Equation]:
     """Equations of one chamber by a reduced model, or by the full order where `model` is None.
 
-    Their inputs are (u, x, v, P, area, V_d), for the full order also T; without `valve` the mass flow m takes
-    the place of u. u, m, x and v are positive where they fill or enlarge this chamber. `limit` says whether
-    the equations limit u.
+    Their inputs are (u, x, v, P, area, V_d), for the full order also T. Without `valve` the
+    mass flow m takes the place of u; with `Paths` their openings do, `inlet` and `outlet`, with the critical
+    ratios `b_inlet` and `b_outlet` if they differ. u, m, x and v are positive where they fill or enlarge
+    this chamber.
     """
     gas, restrictions, c, cylinder, k_0 = plant
     g, A_q0, equations = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
-    if valve and limit:
-        equations.append(Equation(("u_limited",), lambda u: limited(u, restrictions.u_max), ("u",), "V"))
     row = lane(model, n, g) if model else None
     if model and row:
         a, law = row.a, "eq (6)" if model.temperature == "polytropic" else "constant"
@@ -100,11 +117,16 @@ def chamber_equations(
         Equation(("dV_dt",), lambda v, area: area * v, ("v", "area"), "m^3/s"),
     ]
     flows = ("m_in", "m_out")
-    if valve:
+    if valve and restrictions.paths.knots:
+
+        def by_paths(inlet: Any, outlet: Any, P: Any, T: Any, *ratios: Any) -> tuple[Any, Any]:
+            return path_flows((inlet, outlet), ratios, P, T, restrictions, gas, c)
+
+        ratios = tuple(f"b_{path}" for path in PATHS if restrictions.paths.b)
+        equations.append(Equation(flows, by_paths, (*PATHS, "P", "T", *ratios), "kg/s, eq (1)"))
+    elif valve:
         through = lambda u, P, T: chamber_flows(u, P, T, restrictions, gas, c)  # noqa: E731
-        equations.append(
-            Equation(flows, through, ("u_limited" if limit else "u", "P", "T"), "kg/s, eqs (1), (2)")
-        )
+        equations.append(Equation(flows, through, ("u", "P", "T"), "kg/s, eqs (1), (2)"))
     else:
         equations.append(Equation(flows, lambda m: (m, 0.0) if m > 0 else (0.0, -m), ("m",), "kg/s"))
     equations.append(
@@ -206,13 +228,28 @@ def symbols_of(plant: Plant) -> Plant:
     unusual = [
         name for name in ("laminar", "exhaust", "leak") if getattr(plant.valve, name) != getattr(usual, name)
     ]
-    valve = usual._replace(**{name: _real(name) for name in unusual})
+    valve = usual._replace(
+        **{name: _real(name) for name in unusual}, paths=_symbols_of_paths(plant.valve.paths)
+    )
     numbers = {name for name in ("load", "coulomb") if not getattr(plant.cylinder, name)} | {"rests"}
     parts = ((name, getattr(plant.cylinder, name)) for name in Cylinder._fields)
     cylinder = Cylinder(*(value if name in numbers else _real(name) for name, value in parts))
     return Plant(
         gas, valve, Conditions(*(_real(name) for name in Conditions._fields)), cylinder, _real("k_0")
     )
+
+
+def _symbols_of_paths(paths: Paths) -> Paths:
+    """Paths whose knots and openings are symbols named as in `constants`; openings that are 0 stay 0."""
+
+    def table(path: str, openings: tuple[tuple[float, ...], ...]) -> tuple[tuple[Any, ...], ...]:
+        return tuple(
+            tuple(_real(f"{path}_{side}_{i}") if value else 0.0 for i, value in enumerate(values, 1))
+            for side, values in zip("AB", openings, strict=bool(openings))
+        )
+
+    u = tuple(_real(f"knot_{i}") for i in range(1, paths.knots + 1))
+    return paths._replace(u=u, supply=table("inlet", paths.supply), exhaust=table("outlet", paths.exhaust))
 
 
 def symbols_of_valve(dynamics: ValveDynamics) -> ValveDynamics:
@@ -262,6 +299,22 @@ def with_tangents(given: list[Statement], moving: set[str]) -> list[Statement]:
 def constants(plant: Plant, n: float, dynamics: ValveDynamics = PROPORTIONAL) -> list[Constant]:
     """All numbers of a plant and its valve's dynamics, and the polytropic index n, as named constants."""
     gas, valve, c, cylinder, k_0 = plant
+    paths = valve.paths
+    numbered = [Constant(f"knot_{i}", u, "V", "own command of a chamber") for i, u in enumerate(paths.u, 1)]
+    for path, where, table in (
+        ("inlet", "from the supply", paths.supply),
+        ("outlet", "to the atmosphere", paths.exhaust),
+    ):
+        for side, openings in zip("AB", table, strict=bool(table)):
+            numbered += [
+                Constant(f"{path}_{side}_{i}", opening, "V", f"opening {where} at knot {i}, chamber {side}")
+                for i, opening in enumerate(openings, 1)
+            ]
+    for side, ratios in zip("AB", paths.b, strict=bool(paths.b)):
+        numbered += [
+            Constant(f"b_{path}_{side}", b, "1", f"critical ratio, {path} of chamber {side}")
+            for path, b in zip(PATHS, ratios, strict=True)
+        ]
     return [
         Constant("R", gas.R, "J/(kg K)", "gas constant"),
         Constant("gamma_", gas.gamma, "1", "ratio of specific heats"),
@@ -295,4 +348,5 @@ def constants(plant: Plant, n: float, dynamics: ValveDynamics = PROPORTIONAL) ->
         Constant("coulomb", cylinder.coulomb, "N", "Coulomb friction"),
         Constant("k_0", k_0, "W/K", "thermal conductance of the wall at equilibrium, eq (12)"),
         Constant("n", n, "1", "polytropic index"),
+        *numbered,
     ]

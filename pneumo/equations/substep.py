@@ -16,14 +16,13 @@ from collections.abc import Callable
 from typing import Any
 
 from pneumo.configuration.experiment import Plant
-from pneumo.equations.equation_list import Equation
+from pneumo.equations.equation_list import PATHS, Equation
 from pneumo.physics.chamber import wall_conductance, wall_heat
 from pneumo.physics.cylinder import Chamber, Cylinder, heat_area, volume
 from pneumo.physics.models import Model, full_order_lane, lane, temperature
-from pneumo.physics.valve import Gas, Valve, choked_flow, limited, port_flows
-from pneumo.physics.valve_dynamics import ValveDynamics, beyond_dead_band
+from pneumo.physics.valve import Gas, Valve, choked_flow, port_flows
 
-LONGEST, SHORTEST = 5e-4, 9.1e-5  # s, of substeps: at most eleven in 1 ms
+LONGEST, SHORTEST = 1e-3, 9.1e-5  # s, of substeps: at most eleven in 1 ms
 PACE = 0.035  # of a chamber's volume: what may flow or be displaced in a substep that is not the shortest
 STAGE = 1 - 0.5**0.5  # of a substep: time of the first stage, and weight of the implicit term in both
 LEAST_DROP = 1e-4  # of the port's pressure: below it the flow is proportional to q, within as much
@@ -62,18 +61,20 @@ def _adiabatic(T: Any, P_before: Any, P_after: Any, a: Any) -> Any:
 
 
 def chamber_pace(plant: Plant, valve: bool) -> list[Equation]:
-    """Equations of the pace of a chamber, 1/s, from u or m, x, v, area and V_d, counted outward from it.
+    """Equations of the pace of a chamber, 1/s, from its flow's inputs, x, v, area and V_d, counted outward.
 
     It is the rate at which a sonic flow and the piston would replace the chamber's volume.
     """
     gas, restrictions, c, cylinder, _ = plant
     if valve:
 
-        def flow(u: Any) -> Any:
-            A_t = restrictions.k_xu * min(abs(u), restrictions.u_max) + restrictions.leak
+        def flow(u: Any, *outlet: Any) -> Any:
+            opening = u + outlet[0] if outlet else abs(u)
+            A_t = restrictions.k_xu * opening + restrictions.leak
             return gas.gamma * gas.R * c.T_in * choked_flow(A_t, 1.0, c.T_in, gas)
 
-        equation = Equation(("flow",), flow, ("u",), "m^3/s, sonic flow")
+        known = PATHS if restrictions.paths.knots else ("u",)
+        equation = Equation(("flow",), flow, known, "m^3/s, sonic flow")
     else:
         given = lambda m: gas.gamma * gas.R * c.T_in * abs(m) / c.P_atm  # noqa: E731
         equation = Equation(("flow",), given, ("m",), "m^3/s, given flow")
@@ -98,12 +99,11 @@ def substep_length(left: Any, pace_A: Any, pace_B: Any) -> Any:
     return s if left > 1.001 * s else left
 
 
-def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limit: bool) -> list[Equation]:
+def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> list[Equation]:
     """Equations of one chamber over a substep of s seconds.
 
-    Their inputs are u or m, P (and T), all positive where they fill this chamber, the position and velocity
-    `x_mid` and `v_mid` at the first stage, `x_end` and `v_end` at the end, s, area and V_d. Results are
-    `P_after` and, in the full order, `T_after`. `limit` says whether the equations limit u.
+    Their inputs are those of `chamber_equations`, with position and velocity `x_mid` and `v_mid` at the first
+    stage, `x_end` and `v_end` at the end, and s. Results are `P_after` and, in the full order, `T_after`.
     """
     gas, restrictions, c, cylinder, k_0 = plant
     g, A_q0 = gas.gamma, heat_area(0.0, cylinder)
@@ -114,8 +114,6 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
     def add(names: str, function: Callable[..., Any], arguments: str, comment: str) -> None:
         equations.append(Equation(tuple(names.split()), function, tuple(arguments.split()), comment))
 
-    if valve and limit:
-        add("u_limited", lambda u: limited(u, restrictions.u_max), "u", "V")
     if model:
         law = "eq (6)" if model.temperature == "polytropic" else "constant"
         add("T", lambda P: temperature(P, c.P_0, c.T_0, row.a), "P", f"K, {law}")
@@ -127,18 +125,35 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
             "m^3, volume",
         )
         add(f"growth_{at}", lambda v, area: area * v, f"v_{at} area", "m^3/s, its rate")
-    if valve:
-        command = "u_limited" if limit else "u"
+    paths = restrictions.paths
+    two = bool(restrictions.leak) or paths.both_open  # whether air may flow through both ports
+    if valve and paths.knots:
+        both = " A_other P_other" if two else ""
+        ratios = " b b_other" if two and paths.b else " b" if paths.b else ""
+
+        def opened_paths(inlet: Any, outlet: Any, P: Any, *b: Any) -> tuple[Any, ...]:
+            areas = [restrictions.k_xu * opening + restrictions.leak for opening in (inlet, outlet)]
+            # If both are open, first the port where the flow changes most with the pressure.
+            slopes = areas[0] ** 2 * abs(P - c.P_atm), areas[1] ** 2 * abs(c.P_s - P)
+            first = slopes[0] >= slopes[1] if two else inlet > 0
+            ports = list(zip(areas, (c.P_s, c.P_atm), strict=True))
+            (A_t, P_port), other = ports if first else reversed(ports)
+            ratios = b if first else b[::-1]
+            return (A_t, P_port, *other, *ratios) if two else (A_t, P_port, *ratios[:1])
+
+        known = " b_inlet b_outlet" if paths.b else ""
+        add(f"A_t P_port{both}{ratios}", opened_paths, f"inlet outlet P{known}", "m^2, Pa, of the open port")
+    elif valve:
 
         def opened(u: Any) -> tuple[Any, ...]:
             if u >= 0:
-                open_now = restrictions.k_xu * u + restrictions.leak, c.P_s, c.P_atm
+                open_now = restrictions.k_xu * u + restrictions.leak, c.P_s, restrictions.leak, c.P_atm
             else:
-                open_now = -restrictions.k_xu * u * restrictions.exhaust + restrictions.leak, c.P_atm, c.P_s
-            return open_now if restrictions.leak else open_now[:2]
+                area = -restrictions.k_xu * u * restrictions.exhaust + restrictions.leak
+                open_now = area, c.P_atm, restrictions.leak, c.P_s
+            return open_now if two else open_now[:2]
 
-        other = " P_other" if restrictions.leak else ""
-        add(f"A_t P_port{other}", opened, command, "m^2, Pa, eq (2)")
+        add("A_t P_port" + (" A_other P_other" if two else ""), opened, "u", "m^2, Pa, eq (2)")
     half = (0.5 - STAGE) / (1 - STAGE)  # of the way from the first stage to the end
     add(
         "area_ratio",
@@ -182,22 +197,25 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
             add(f"resists_{at} still_{at}", fixed, f"{known} power_{at}", comment)
             add(f"P_{at}", lambda resists, still: still / resists, f"resists_{at} still_{at}", "Pa")
             return
-        if restrictions.leak:
+        if two:
 
-            def leaking(P: Any, T: Any, P_port: Any, P_other: Any) -> tuple[Any, ...]:
-                m_in, m_out = port_flows(restrictions.leak, P_other, P, T, restrictions, gas, c)
+            def leaking(P: Any, T: Any, P_port: Any, A_other: Any, P_other: Any, *b: Any) -> tuple[Any, ...]:
+                its_gas = gas._replace(critical_ratio=b[0]) if b else gas
+                m_in, m_out = port_flows(A_other, P_other, P, T, restrictions, its_gas, c)
                 inlet, outlet = energies(T)
-                if restrictions.net_leak:  # leaks that cancel before they cross the port carry no heat
+                if (
+                    restrictions.net_leak and not paths.knots
+                ):  # leaks that cancel before they cross the port carry no heat
                     one = inlet if P_port >= P else outlet
                     return wanted(one * (m_in - m_out), m_in, m_out)
                 return wanted(inlet * m_in - outlet * m_out, m_in, m_out)
 
-            known_leak = f"{P_guess} {T_guess} P_port P_other"
+            known_leak = f"{P_guess} {T_guess} P_port A_other P_other" + " b_other" * bool(paths.b)
             add(
                 named("leak_power", at, "leak_in leak_out"),
                 leaking,
                 known_leak,
-                "W, kg/s, other leak",
+                "W, kg/s, other port",
             )
             known += f" leak_power_{at}"
         add(f"resists_{at} still_{at}", fixed, known, comment)
@@ -222,10 +240,15 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
             f"excess_{at} P_port {P_guess} {T_guess}",
             "Pa, Pa, 1, K, J/kg: of the restriction, at a first guess",
         )
+
+        def flowing(A_t: Any, P_u: Any, ratio: Any, T_u: Any, *b: Any) -> tuple[Any, Any]:
+            its_gas = gas._replace(critical_ratio=b[0]) if b else gas
+            return flow_and_exponent(A_t, P_u, ratio, T_u, its_gas, restrictions)
+
         add(
             f"m_{at} exponent_{at}",
-            lambda *known: flow_and_exponent(*known, gas=gas, valve=restrictions),
-            f"A_t P_u_{at} ratio_{at} T_u_{at}",
+            flowing,
+            f"A_t P_u_{at} ratio_{at} T_u_{at}" + " b" * bool(paths.b),
             "kg/s, eq (1), and d ln(m) / d ln(1 - P_d/P_u)",
         )
 
@@ -277,7 +300,7 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
                 return wanted(P_port - drop * q**2, m + leak_in, leak_out)
             return wanted(P_port + drop * q**2, leak_in, m + leak_out)
 
-        leaks = f" leak_in_{at} leak_out_{at}" if restrictions.leak and not model else ""
+        leaks = f" leak_in_{at} leak_out_{at}" if two and not model else ""
         known = f"q_{at} excess_{at} P_port drop_{at} resists_{at} energy_{at} space_{at} s{leaks}"
         add(named("P", at, "m_in m_out"), solved, known, "Pa" if model else "Pa, kg/s")
 
@@ -311,7 +334,11 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool, limi
         if weight * s * (m_out - m_in) <= LEAST_LOSS * mass:
             return P_new * V / (gas.R * (mass + weight * s * (m_in - m_out)))  # mass balance
         work = (P_new * V + mass * gas.R * T) / 2
-        return _adiabatic(T, P, P_new, a) * (1 + a * weight * s * heat / work)  # entropy
+        after = _adiabatic(T, P, P_new, a) * (1 + a * weight * s * heat / work)  # entropy
+        if not two:
+            return after
+        mixed = weight * s * gas.R * T * m_in / work  # air from the other port over that inside
+        return (after + mixed * (c.T_in - T / 2)) / (1 + mixed / 2)
 
     known = "P T mass P_mid air_mid s m_in_mid m_out_mid heat_mid"
     add("T_mid", lambda *known: warmed(STAGE, *known), known, "K")
@@ -421,27 +448,3 @@ def piston_after(plant: Plant) -> list[Equation]:
             "m/s, eq (3)",
         ),
     ]
-
-
-def valve_substep(plant: Plant, dynamics: ValveDynamics) -> list[Equation]:
-    """Equations of a valve with lag, null offset or dead band, from u (opening, s) to u_valve.
-
-    With a lag `opening_after` is the opening at the end.
-    """
-    lag, null, dead_band = dynamics.lag, dynamics.null, dynamics.dead_band
-    equations = [Equation(("u_limited",), lambda u: limited(u, plant.valve.u_max), ("u",), "V")]
-    if lag:
-
-        def followed(u: Any, opening: Any, s: Any) -> tuple[Any, Any]:
-            after = u + (opening - u) / (1 + s / lag + (s / lag) ** 2 / 2)
-            return after, (opening + after) / 2
-
-        names, known = ("opening_after", "opening_mean"), ("u_limited", "opening", "s")
-        equations.append(Equation(names, followed, known, "V, first-order lag"))
-    shut = Equation(
-        ("u_valve",),
-        lambda u: beyond_dead_band(u, null, dead_band),
-        ("opening_mean" if lag else "u_limited",),
-        "V, beyond null offset and dead band",
-    )
-    return [*equations, shut]

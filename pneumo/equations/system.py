@@ -6,7 +6,13 @@ from typing import Any, NamedTuple
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import complex_value
 from pneumo.equations.chamber_rate import model_and_index
-from pneumo.equations.equation_list import Equation, chamber_equations, piston_equations, valve_equations
+from pneumo.equations.equation_list import (
+    PATHS,
+    Equation,
+    chamber_equations,
+    piston_equations,
+    valve_equations,
+)
 from pneumo.equations.substep import (
     STAGE,
     chamber_pace,
@@ -14,7 +20,6 @@ from pneumo.equations.substep import (
     piston_after,
     piston_before,
     substep_length,
-    valve_substep,
 )
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Side, chamber_of
@@ -25,6 +30,8 @@ FULL_ORDER = "full"  # in place of a model's name
 # Unit and meaning of states and inputs, without the chamber's suffix.
 QUANTITIES = {
     "u": ("V", "command, limited inside; positive connects chamber A to the supply"),
+    "u_A": ("V", "command of chamber A's valve, limited inside; positive connects it to the supply"),
+    "u_B": ("V", "command of chamber B's valve, limited inside; positive connects it to the supply"),
     "m": ("kg/s", "mass flow into the chamber, negative out of it"),
     "x": ("m", "piston position from mid-stroke, positive where chamber A is larger"),
     "v": ("m/s", "piston velocity"),
@@ -38,9 +45,11 @@ RATE_UNITS = {"opening": "V/s", "x": "m/s", "v": "m/s^2", "P": "Pa/s", "T": "K/s
 
 def quantity(name: str) -> tuple[str, str]:
     """Unit and meaning of a state or an input, from its name, such as "P_A"."""
+    if name in QUANTITIES:
+        return QUANTITIES[name]
     base, _, side = name.partition("_")
     unit, meaning = QUANTITIES[base]
-    return unit, f"{meaning}, chamber {side}" if side else meaning
+    return unit, f"{meaning}, chamber {side}"
 
 
 def rate_unit(state: str) -> str:
@@ -60,6 +69,7 @@ class System(NamedTuple):
     valve: bool = True  # else mass flows are inputs
     piston: bool = False  # else position and velocity are
     dynamics: ValveDynamics = PROPORTIONAL  # of the valve; its dead time is not in the equations
+    two_valves: bool = False  # one for each chamber, with commands u_A and u_B
 
     @property
     def name(self) -> str:
@@ -75,13 +85,38 @@ class System(NamedTuple):
     def states(self) -> tuple[str, ...]:
         """Names of the states, in the order of `rates`."""
         chambers = (f"{name}_{side.name}" for side in Side for name in self.chamber_states)
-        opening = ("opening",) if self.valve and self.dynamics.lag else ()
-        return (*(("x", "v") if self.piston else ()), *opening, *chambers)
+        openings = tuple(name.replace("u", "opening") for name in self.commands) if self.dynamics.lag else ()
+        return (*(("x", "v") if self.piston else ()), *openings, *chambers)
 
     @property
-    def proportional(self) -> bool:
-        """Whether the valve's opening equals the limited command; also true without a valve."""
-        return not self.valve or self.dynamics.proportional
+    def commands(self) -> tuple[str, ...]:
+        """Names of the valve's commands: none without it."""
+        if not self.valve:
+            return ()
+        return ("u_A", "u_B") if self.two_valves else ("u",)
+
+    @property
+    def flow_inputs(self) -> tuple[str, ...]:
+        """Names of the inputs of one chamber's equations that determine its flow."""
+        if not self.valve:
+            return ("m",)
+        return PATHS if self.plant.valve.paths.knots else ("u",)
+
+    def flows(self, side: Side) -> dict[str, tuple[int, str]]:
+        """Sign and name, outside the chamber, of each of its `flow_inputs`."""
+        if self.flow_inputs == ("u",):
+            shared = int(side.sign), "u_valve"
+            return {"u": (1, f"u_valve_{side.name}") if self.two_valves else shared}
+        return {name: (1, f"{name}_{side.name}") for name in self.flow_inputs}
+
+    @property
+    def of_chambers(self) -> dict[str, dict[str, str]]:
+        """Names of the constants in which the chambers differ, by side and by name inside the chamber."""
+        ratios = [f"b_{path}" for path in PATHS if self.valve and self.plant.valve.paths.b]
+        return {
+            side: {"area": f"A_{side}", "V_d": f"V_d_{side}"} | {b: f"{b}_{side}" for b in ratios}
+            for side in "AB"
+        }
 
     def state(self, **quantities: float) -> list[float]:
         """State vector from one value for each of x, v, opening, P and T; P and T hold for both chambers."""
@@ -90,7 +125,7 @@ class System(NamedTuple):
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the inputs."""
-        return (*(("u",) if self.valve else ("m_A", "m_B")), *(("force",) if self.piston else ("x", "v")))
+        return (*(self.commands or ("m_A", "m_B")), *(("force",) if self.piston else ("x", "v")))
 
 
 def system(
@@ -101,14 +136,15 @@ def system(
     valve: bool = True,
     piston: bool = False,
     dynamics: ValveDynamics = PROPORTIONAL,
+    two_valves: bool = False,
 ) -> System:
     """A `System` from a model's row or name, or "full" for the full order; errors as in `model_and_index`."""
     if isinstance(model, str) and model not in (*MODELS, FULL_ORDER):
         raise InputError(f"model {model!r}: no such model; there are {', '.join(MODELS)} and {FULL_ORDER}")
-    if valve and plant.valve.paths.knots:
-        raise InputError("valve: a curve, exhaust_b or valve_B is not in exports and linear models yet")
+    if two_valves and not valve:
+        raise InputError("--two-valves: not with --no-valve")
     row, n = (None, 1.0) if model == FULL_ORDER else model_and_index(model, n)
-    return System(row, n, plant, valve, piston, dynamics)
+    return System(row, n, plant, valve, piston, dynamics, two_valves)
 
 
 def _solve(equations: list[Equation], known: dict[str, Any]) -> None:
@@ -129,20 +165,25 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
     if system.piston:
         _solve(piston_equations(system.plant), known)
         result += [known["dx_dt"], known["dv_dt"]]
-    if not system.proportional:
-        _solve(valve_equations(system.plant, system.dynamics), known)
-        result += [known["dopening_dt"]] if system.dynamics.lag else []
-        known["u"] = known["u_valve"]
-    limit = system.proportional
-    equations = chamber_equations(system.model, system.n, system.plant, system.valve, limit)
+    if system.valve:
+        _solve(valve_equations(system.plant, system.dynamics, system.two_valves), known)
+    result += [known[f"d{name}_dt"] for name in system.states if name.startswith("opening")]
+    equations = chamber_equations(system.model, system.n, system.plant, system.valve)
     for side in Side:
-        outward = {name: known[f"{name}_{side.name}"] for name in system.chamber_states}
-        outward |= {"u": side.sign * known["u"]} if system.valve else {"m": known[f"m_{side.name}"]}
+        outward = _inside(system, side, known, system.chamber_states)
         outward |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}
-        outward |= chamber_of(system.plant.cylinder, side)._asdict()
         _solve(equations, outward)
         result += [outward[f"d{name}_dt"] for name in system.chamber_states]
     return result
+
+
+def _inside(system: System, side: Side, known: dict[str, Any], states: Sequence[str] = ()) -> dict[str, Any]:
+    """Inputs of one chamber's equations, without x and v, from what is known of the system."""
+    chamber, ratios = chamber_of(system.plant.cylinder, side), system.plant.valve.paths.b
+    inside = {"area": chamber.area, "V_d": chamber.V_d}
+    inside |= {f"b_{path}": b for path, b in zip(PATHS, ratios[side] if ratios else (), strict=bool(ratios))}
+    inside |= {name: sign * known[outer] for name, (sign, outer) in system.flows(side).items()}
+    return inside | {name: known[f"{name}_{side.name}"] for name in states}
 
 
 def closed_drift(system: System) -> float | None:
@@ -173,17 +214,14 @@ def substep(
         places = [(known["x"] + STAGE * (known["x_after"] - known["x"]), speed), (known["x_after"], speed)]
     else:
         places = [(values["x"], values["v"]) for values in at[1:]]
-    if not system.proportional:
+    if system.valve:
         known["s"] = known["s_part"]
-        _solve(valve_substep(plant, system.dynamics), known)
-        known["u"] = known["u_valve"]
-    equations = chamber_substep(system.model, system.n, plant, system.valve, system.proportional)
+        _solve(valve_equations(plant, system.dynamics, system.two_valves, substep=True), known)
+    equations = chamber_substep(system.model, system.n, plant, system.valve)
     for side in Side:
-        outward = {name: known[f"{name}_{side.name}"] for name in system.chamber_states}
-        outward |= {"u": side.sign * known["u"]} if system.valve else {"m": known[f"m_{side.name}"]}
+        outward = _inside(system, side, known, system.chamber_states) | {"s": known["s_part"]}
         for name, (x, v) in zip(("mid", "end"), places, strict=True):
             outward |= {f"x_{name}": side.sign * x, f"v_{name}": side.sign * v}
-        outward |= chamber_of(plant.cylinder, side)._asdict() | {"s": known["s_part"]}
         _solve(equations, outward)
         known |= {f"{name}_{side.name}_after": outward[f"{name}_after"] for name in system.chamber_states}
     if system.piston:
@@ -194,11 +232,12 @@ def substep(
 def paces(system: System, state: Sequence[float], inputs: Sequence[float]) -> list[float]:
     """Pace of each chamber, 1/s, as `chamber_pace` has it."""
     known = dict(zip((*system.inputs, *system.states), (*inputs, *state), strict=True))
-    u, result = known.get("opening", known.get("u", 0.0)), list[float]()
+    result = list[float]()
+    if system.valve:
+        _solve(valve_equations(system.plant, system.dynamics, system.two_valves), known)
     for side in Side:
-        of_side = {"u": side.sign * u} if system.valve else {"m": known[f"m_{side.name}"]}
+        of_side = _inside(system, side, known)
         of_side |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}
-        of_side |= chamber_of(system.plant.cylinder, side)._asdict()
         _solve(chamber_pace(system.plant, system.valve), of_side)
         result.append(of_side["pace"])
     return result

@@ -15,10 +15,10 @@ from pneumo.equations.equation_list import Statement, with_tangents
 from pneumo.equations.substep import LENGTHS, STAGE
 from pneumo.equations.system import System
 from pneumo.errors import InputError
-from pneumo.export.known_estimates import SAMPLE, known_estimates
 from pneumo.export.known_steps import known_steps, scale
-from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, OBSERVER_TOLERANCE, STEPS, ObserverNoise
+from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, STEPS, ObserverNoise
 from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
+from pneumo.physics.cylinder import Side
 
 KEYWORDS = ("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
 PISTON_VARIABLES = ("x", "v", "P_A", "P_B", "force")
@@ -128,11 +128,19 @@ def c99(
         "constants": parts.constants,
         "inputs": system.inputs,
         "states": system.states,
-        "own_inputs": ["u" if system.valve else "m", "x", "v"],
+        "openings": [name for name in system.states if name.startswith("opening")],
+        "own_flows": system.flow_inputs,
+        "own_inputs": [*system.flow_inputs, "x", "v"],
         "own_states": list(system.chamber_states),
-        "valve": system.valve,
-        "lag": "opening" in system.states,
-        "command": "u_valve" if parts.valve else f"inputs[{system.name}_u]",
+        "chambers": {
+            side.name: {
+                "sign": "" if side.sign > 0 else "-",
+                "flows": [("-" if sign < 0 else "", name) for sign, name in system.flows(side).values()],
+                "constants": list(system.of_chambers[side.name].values()),
+            }
+            for side in Side
+        },
+        "own_constants": list(system.of_chambers["A"]),
         "opened": _body(parts.valve, precision, printer),
         "chamber": _body(parts.chamber, precision, printer),
         "piston": _body(parts.piston, precision, printer),
@@ -154,7 +162,7 @@ def c99(
     if derivatives:
         moving = {*known["own_inputs"], *system.chamber_states}
         changes = {
-            "opened_changes": with_tangents(parts.valve, {"u", "opening"}),
+            "opened_changes": with_tangents(parts.valve, {*system.inputs, *system.states}),
             "chamber_changes": with_tangents(parts.chamber, moving),
             "piston_changes": with_tangents(parts.piston, set(PISTON_VARIABLES)),
         }
@@ -168,20 +176,12 @@ def c99(
 def _observer(system: System, noise: ObserverNoise, precision: str) -> dict[str, Any]:
     """Values that the templates need for an observer."""
     suffix = "f" if precision == "float" else ""
-    samples = [
-        {"u": digits(known.u) + suffix}
-        | {key: "{" + _listed(getattr(known, key), suffix) + "}" for key in ("readings", "estimate")}
-        for known in known_estimates(system, noise)
-    ]
     return {
         "steps": {name: digits(value) + suffix for name, value in STEPS.items()},
         "first": {name: digits(value) + suffix for name, value in FIRST_VARIANCES.items()},
         "temperature": "T" in system.chamber_states,
         "places": [f"{system.name}_{name}" for name in noise.readings],
         "first_pressure": f"{FIRST_VARIANCES['P'] ** 0.5:g}",
-        "samples": samples,
-        "sample_time": digits(SAMPLE) + suffix,
-        "observer_tolerance": OBSERVER_TOLERANCE[precision],
     }
 
 

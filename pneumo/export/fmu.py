@@ -8,7 +8,8 @@ import zipfile
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
-from typing import Any, Literal
+from importlib.util import find_spec
+from typing import Any, Literal, NamedTuple
 
 from sympy import Symbol
 
@@ -21,6 +22,24 @@ from pneumo.export.printing import Printed, digits, heading, printed, validity
 from pneumo.physics.cylinder import Side
 
 COMPILER = "gcc"
+
+
+class Platform(NamedTuple):
+    """A platform of FMUs: zig's name, the folders of both versions of FMI, and the suffix of a library."""
+
+    target: str
+    fmi_2: str  #: empty where FMI 2 has no name for it
+    fmi_3: str
+    suffix: str
+
+
+PLATFORMS = (
+    Platform("x86_64-linux-gnu.2.28", "linux64", "x86_64-linux", ".so"),
+    Platform("aarch64-linux-gnu.2.28", "", "aarch64-linux", ".so"),
+    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll"),
+    Platform("x86_64-macos", "darwin64", "x86_64-darwin", ".dylib"),
+    Platform("aarch64-macos", "", "aarch64-darwin", ".dylib"),
+)
 STEP = 1e-3  # s, longest inside a step of co-simulation
 REFERENCES = {"PARAMETER": 100, "INPUT": 200, "STATE": 300, "RATE": 400, "KINK": 500}
 GAS = ("R", "gamma_", "sonic_coefficient", "critical_ratio")  # depend on each other: not to be tuned alone
@@ -75,24 +94,22 @@ def _conditions(value: Any) -> list[Any]:
 def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
     """Expressions at whose change of sign a rate jumps or bends: conditions in the equations, end stops."""
     printer, result, seen = printer_of(parts), list[Kink](), set[Any]()
-    command = f"inputs[{system.name}_u]" if system.proportional else "u_valve"
+
+    def add(zero: Any, meaning: str) -> None:
+        if zero not in seen and -zero not in seen:
+            seen.add(zero)
+            result.append(Kink(str(printer.doprint(zero)), meaning))
+
     for condition in (c for statement in parts.valve for c in _conditions(statement.value)):
-        inner = {"u": f"inputs[{system.name}_u]", "opening": f"state[{system.name}_opening]"}
-        inner["u_limited"] = inner["u"]
-        zero = condition.lhs - condition.rhs
-        zero = zero.xreplace({s: Symbol(inner[s.name]) for s in condition.free_symbols if s.name in inner})
-        result.append(Kink(str(printer.doprint(zero)), f"{condition}, valve"))
+        add(condition.lhs - condition.rhs, f"{condition}, valve")
     for side in Side:
-        outside = {"P": f"state[{system.name}_P_{side.name}]", "u": command}
-        outside |= {"u_limited": outside["u"], "m": f"inputs[{system.name}_m_{side.name}]"}
-        signs = {"u": int(side.sign), "u_limited": int(side.sign)}
+        outside = {name: sign * Symbol(outer) for name, (sign, outer) in system.flows(side).items()}
+        outside["P"] = Symbol(f"state[{system.name}_P_{side.name}]")
+        constant = {name: f"p->{outer}" for name, outer in system.of_chambers[side.name].items()}
+        outside |= {name: Symbol(outer) for name, outer in constant.items()}
         for condition in (c for statement in parts.chamber for c in _conditions(statement.value)):
             inner = {s: outside[s.name] for s in condition.free_symbols if s.name in outside}
-            zero = condition.lhs - condition.rhs
-            zero = zero.xreplace({s: signs.get(s.name, 1) * Symbol(name) for s, name in inner.items()})
-            if zero not in seen and -zero not in seen:
-                seen.add(zero)
-                result.append(Kink(str(printer.doprint(zero)), f"{condition}, chamber {side.name}"))
+            add((condition.lhs - condition.rhs).xreplace(inner), f"{condition}, chamber {side.name}")
     if system.piston and not system.plant.cylinder.coulomb:  # else there is no model exchange
         (force,) = (statement.value for statement in parts.piston if statement.names == ("a",))
         places = {f"P_{side.name}": f"state[{system.name}_P_{side.name}]" for side in Side}
@@ -149,7 +166,9 @@ def _variables(
 
 
 def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
-    """FMU of a system, as the bytes of its file, with C sources and, on Linux with gcc, a binary.
+    """FMU of a system, as the bytes of its file, with C sources, and binaries if a compiler is installed.
+
+    ziglang compiles for Linux, Windows and macOS, gcc for the Linux on which it runs.
 
     `fmi` is the version of the standard. The bytes are the same on every run.
 
@@ -166,7 +185,8 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
     del sources[f"{system.name}_test.c"]
     longest_step = digits(STEP)
     # With Coulomb friction a step that reverses the velocity ends at rest, which an outer solver cannot do.
-    kinds = ["CoSimulation"] if system.plant.cylinder.coulomb else ["ModelExchange", "CoSimulation"]
+    stuck = system.piston and system.plant.cylinder.coulomb > 0
+    kinds = ["CoSimulation"] if stuck else ["ModelExchange", "CoSimulation"]
     known: dict[str, Any] = {
         "M": system.name,
         "token": "",
@@ -196,17 +216,24 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
     files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
     if fmi == 3:
         files["sources/buildDescription.xml"] = text("build.xml").encode()
-    return _packed(files | _binary(system.name, sources, fmi))
+    return _packed(files | _binaries(system.name, sources, fmi))
 
 
-def _binary(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
-    """Linux binary of the FMU, by its path in the FMU; empty on other systems and without gcc."""
-    machine = platform.machine()
-    if sys.platform != "linux" or shutil.which(COMPILER) is None or (fmi == 2 and machine != "x86_64"):
-        return {}
-    folder = "linux64" if fmi == 2 else f"{machine}-linux"
+def _binaries(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
+    """Binaries by their paths in the FMU: of all `PLATFORMS` with ziglang, else of this Linux with gcc."""
+    if find_spec("ziglang") is not None:
+        compilers = {of: [sys.executable, "-m", "ziglang", "cc", "-target", of.target] for of in PLATFORMS}
+    elif sys.platform == "linux" and shutil.which(COMPILER) is not None:
+        compilers = {of: [COMPILER] for of in PLATFORMS if of.fmi_3 == f"{platform.machine()}-linux"}
+    else:
+        compilers = {}
     flags = ["-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s"]
-    return {f"binaries/{folder}/{name}.so": compiled([COMPILER, *flags], sources, "model.so", ["-lm"])}
+    binaries = dict[str, bytes]()
+    for of, compiler in compilers.items():
+        if folder := of.fmi_2 if fmi == 2 else of.fmi_3:
+            file = f"binaries/{folder}/{name}{of.suffix}"
+            binaries[file] = compiled([*compiler, *flags], sources, f"model{of.suffix}", ["-lm"])
+    return binaries
 
 
 def _packed(files: dict[str, bytes]) -> bytes:

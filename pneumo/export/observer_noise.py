@@ -46,7 +46,6 @@ class ObserverNoise(NamedTuple):
 READINGS = ("x", "P_A", "P_B")
 CONSTANTS = ("P_s", "P_atm", "P_0", "T_0", "stroke", "M", "k_f", "A_A", "A_B")  # that a filter needs
 STEPS = {"x": DX, "v": DV, "P": DP, "T": DT}  # of its derivatives: x over the stroke, P over P_0
-OBSERVER_TOLERANCE = {"double": 1e-10, "float": 1e-3}  # of test programs, relative; gains rest on differences
 FIRST_VARIANCES = {"v": 1e-6, "P": FIRST_PRESSURE**2, "T": FIRST_TEMPERATURE**2}
 
 

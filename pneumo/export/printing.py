@@ -1,6 +1,6 @@
 """Text common to all targets: numbers, the heading, assignments with their branches."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from importlib.metadata import version
 from textwrap import wrap
 from typing import Any, NamedTuple
@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 from sympy import Symbol
 from sympy.printing.codeprinter import CodePrinter
 
+from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import (
-    CHAMBER_CONSTANTS,
     Constant,
+    Equation,
     Statement,
     chamber_equations,
     constants,
@@ -23,14 +24,9 @@ from pneumo.equations.equation_list import (
     symbols_of_valve,
     valve_equations,
 )
-from pneumo.equations.substep import (
-    chamber_pace,
-    chamber_substep,
-    piston_after,
-    piston_before,
-    valve_substep,
-)
+from pneumo.equations.substep import chamber_pace, chamber_substep, piston_after, piston_before
 from pneumo.equations.system import System, closed_drift, quantity
+from pneumo.physics.cylinder import Side
 from pneumo.storage.files import DOI
 
 
@@ -41,13 +37,14 @@ class Substep(NamedTuple):
     before: list[Statement]
     chamber: list[Statement]
     after: list[Statement]
+    opened: list[Statement]  # inputs of the pace
     pace: list[Statement]  # of one chamber
 
 
 class Printed(NamedTuple):
     """Symbolic assignments of a system, by its parts, and the constants that they need."""
 
-    valve: list[Statement]  # none of a proportional one
+    valve: list[Statement]
     chamber: list[Statement]
     piston: list[Statement]
     stops: list[Statement]
@@ -56,39 +53,43 @@ class Printed(NamedTuple):
 
 
 def printed(system: System, also: Iterable[str] = ()) -> Printed:
-    """Symbolic assignments of a system; the lists for the piston are empty without one.
+    """Symbolic assignments of a system; the lists for valve and piston are empty without one.
 
     `also` names further constants to include, beside those that the assignments need.
     """
-    plant, outputs = symbols_of(system.plant), {f"d{name}_dt" for name in system.chamber_states}
-    equations = chamber_equations(
-        system.model, Symbol("n", real=True), plant, system.valve, limit=system.proportional
+    plant, dynamics, n = symbols_of(system.plant), symbols_of_valve(system.dynamics), Symbol("n", real=True)
+    flows = {outer for side in Side for _, outer in system.flows(side).values()}
+    openings = [name for name in system.states if name.startswith("opening")]
+
+    def of_valve(wanted: Iterable[str], substep: bool = False) -> list[Statement]:
+        if not system.valve:
+            return []
+        return statements(valve_equations(plant, dynamics, system.two_valves, substep), {*wanted})
+
+    def of_piston(equations: Callable[[Plant], list[Equation]], *wanted: str) -> list[Statement]:
+        return statements(equations(plant), {*wanted}) if system.piston else []
+
+    def of_chamber(equations: list[Equation], pattern: str) -> list[Statement]:
+        return statements(equations, {pattern.format(name) for name in system.chamber_states})
+
+    substep = Substep(
+        of_valve([*flows, *(f"{name}_after" for name in openings)], substep=True),
+        of_piston(piston_before, "x_after", "s_part", "stop", "F_before", "v_free"),
+        of_chamber(chamber_substep(system.model, n, plant, system.valve), "{}_after"),
+        of_piston(piston_after, "v_after"),
+        of_valve(flows),
+        statements(chamber_pace(plant, system.valve), {"pace"}),
     )
-    chamber, valve = statements(equations, outputs), list[Statement]()
-    if not system.proportional:
-        valve = valve_equations(plant, symbols_of_valve(system.dynamics))
-        valve = statements(valve, {"dopening_dt", "u_valve"})
-    piston, stops, before, after = ([], [], [], [])
-    if system.piston:
-        piston = statements(piston_equations(plant), {"dx_dt", "dv_dt"})
-        stops = statements(stop_equations(plant), {"x_after", "v_after"})
-        before = statements(piston_before(plant), {"x_after", "s_part", "stop", "F_before", "v_free"})
-        after = statements(piston_after(plant), {"v_after"})
-    row = chamber_substep(
-        system.model, Symbol("n", real=True), plant, system.valve, limit=system.proportional
+    parts = (
+        of_valve([*flows, *(f"d{name}_dt" for name in openings)]),
+        of_chamber(chamber_equations(system.model, n, plant, system.valve), "d{}_dt"),
+        of_piston(piston_equations, "dx_dt", "dv_dt"),
+        of_piston(stop_equations, "x_after", "v_after"),
     )
-    moved = statements(row, {f"{name}_after" for name in system.chamber_states})
-    followed = list[Statement]()
-    if not system.proportional:
-        followed = valve_substep(plant, symbols_of_valve(system.dynamics))
-        followed = statements(followed, {"opening_after", "u_valve"})
-    substep = Substep(followed, before, moved, after, statements(chamber_pace(plant, system.valve), {"pace"}))
-    everything = (*valve, *chamber, *piston, *stops, *(s for part in substep for s in part))
-    needed = names_in(tuple(s.value for s in everything)) | set().union(*CHAMBER_CONSTANTS.values(), also)
-    used = [
-        constant for constant in constants(system.plant, system.n, system.dynamics) if constant.name in needed
-    ]
-    return Printed(valve, chamber, piston, stops, used, substep)
+    needed = names_in(tuple(s.value for part in (*parts, *substep) for s in part))
+    needed |= {name for names in system.of_chambers.values() for name in names.values()}.union(also)
+    known = constants(system.plant, system.n, system.dynamics)
+    return Printed(*parts, [constant for constant in known if constant.name in needed], substep)
 
 
 def digits(value: float) -> str:

@@ -7,9 +7,10 @@ from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
 from pneumo.equations.branches import Choice
-from pneumo.equations.equation_list import CHAMBER_CONSTANTS, Statement, names_in
+from pneumo.equations.equation_list import Statement, names_in
 from pneumo.equations.system import System
 from pneumo.export.printing import assignments, block, digits, heading, indented, printed
+from pneumo.physics.cylinder import Side
 
 MATLAB_KEYWORDS = ("if {}", "elseif {}", "else", "end")
 
@@ -27,27 +28,32 @@ class _Python(PythonCodePrinter):
 def _lists(system: System) -> dict[str, str]:
     """Comma-separated arguments and rates, by key: of the whole system, of chamber A or B, and of either."""
     states = system.chamber_states
-    return {
-        "command": "u" if system.proportional else "u_valve",
+    lists = {
         "arguments": ", ".join((*system.inputs, *system.states)),
         "rates": ", ".join(f"d{name}_dt" for name in system.states),
-        "states_of_either": ", ".join(states),
+        "of_either": ", ".join((*system.flow_inputs, "x", "v", *states, *system.of_chambers["A"])),
         "rates_of_either": ", ".join(f"d{name}_dt" for name in states),
-        **{
-            f"arguments_{side}": ", ".join((*(f"{name}_{side}" for name in states), *names))
-            for side, names in CHAMBER_CONSTANTS.items()
-        },
-        **{f"rates_{side}": ", ".join(f"d{name}_{side}_dt" for name in states) for side in CHAMBER_CONSTANTS},
     }
+    for side in Side:
+        minus, at = "-" * (side.sign < 0), side.name
+        flows = ("-" * (sign < 0) + name for sign, name in system.flows(side).values())
+        named, constants = (f"{name}_{at}" for name in states), system.of_chambers[at].values()
+        lists[at] = ", ".join((*flows, f"{minus}x", f"{minus}v", *named, *constants))
+        lists[f"rates_{at}"] = ", ".join(f"d{name}_{at}_dt" for name in states)
+    return lists
 
 
 def matlab(system: System) -> str:
     """Source of a MATLAB function of the rates, named <model>_dP_dt; Octave runs it too."""
     outer, body, printer = list[str](), list[str](), _Octave({})
     parts, names = printed(system), _lists(system)
-    of_both = names_in(tuple(s.value for s in parts.valve)).union(*CHAMBER_CONSTANTS.values())
-    for c in parts.constants:
-        (outer if c.name in of_both else body).append(f"{c.name} = {digits(c.value)}; % {c.comment}")
+    of_body = names_in(tuple(s.value for s in parts.chamber))
+    of_outer = names_in(tuple(s.value for s in parts.valve))
+    of_outer = of_outer.union(*(of.values() for of in system.of_chambers.values()))
+    for lines, names_of in ((outer, of_outer), (body, of_body)):
+        lines += [
+            f"{c.name} = {digits(c.value)}; % {c.comment}" for c in parts.constants if c.name in names_of
+        ]
     for lines, assigned in ((outer, parts.valve), (body, parts.chamber)):
         for s in assigned:
             lines.append(f"% {', '.join(s.names)}: {s.comment}")
@@ -57,11 +63,11 @@ function [{names["rates"]}] = {system.name}_dP_dt({names["arguments"]})
 {heading(system, "% ")}
 % Scalars only.
 {block(outer)}
-    [{names["rates_A"]}] = chamber({names["command"]}, x, v, {names["arguments_A"]});
-    [{names["rates_B"]}] = chamber(-{names["command"]}, -x, -v, {names["arguments_B"]});
+    [{names["rates_A"]}] = chamber({names["A"]});
+    [{names["rates_B"]}] = chamber({names["B"]});
 end
 
-function [{names["rates_of_either"]}] = chamber(u, x, v, {names["states_of_either"]}, area, V_d)
+function [{names["rates_of_either"]}] = chamber({names["of_either"]})
 % One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3.
 {block(body)}
 end
@@ -95,9 +101,9 @@ def casadi(system: System) -> str:
     """Source of a Python function that makes a `casadi.Function` of the rates, named <model>_dP_dt."""
     parts, names = printed(system), _lists(system)
     followed = "".join(f"{line}\n" for line in _assigned(parts.valve))
-    opening = "dopening_dt, " if "opening" in system.states else ""
+    openings = "".join(f"d{name}_dt, " for name in system.states if name.startswith("opening"))
     given = [f"{c.name} = {digits(c.value)}  # {c.comment}\n" for c in parts.constants]
-    rates, u = [f"d{name}_dt" for name in system.states], names["command"]
+    rates = [f"d{name}_dt" for name in system.states]
     return f'''\
 """
 {heading(system)}
@@ -107,7 +113,7 @@ from casadi import SX, Function, fabs, if_else, sqrt
 
 {"".join(given)}
 
-def chamber(u, x, v, {names["states_of_either"]}, area, V_d):
+def chamber({names["of_either"]}):
     """One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3."""
 {block(_assigned(parts.chamber))}
     return [{names["rates_of_either"]}]
@@ -118,7 +124,7 @@ names = {list((*system.inputs, *system.states))!r}
 {followed}{system.name}_dP_dt = Function(
     "{system.name}_dP_dt",
     [{names["arguments"]}],
-    [{opening}*chamber({u}, x, v, {names["arguments_A"]}), *chamber(-{u}, -x, -v, {names["arguments_B"]})],
+    [{openings}*chamber({names["A"]}), *chamber({names["B"]})],
     names,
     {rates!r},
 )

@@ -1,6 +1,5 @@
-"""Parts of a unit in Structured Text: declarations, numbers, expressions, statements and their cost."""
+"""Parts of a unit in Structured Text: declarations, numbers, expressions and statements."""
 
-from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,42 +7,24 @@ from sympy import S
 from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.precedence import precedence
 
-from pneumo.equations.branches import Choice
-from pneumo.equations.equation_list import Statement
-from pneumo.equations.system import System, quantity
-from pneumo.export.known_steps import scale
-from pneumo.export.printing import Printed, assignments, printed
+from pneumo.equations.equation_list import PATHS, Statement
+from pneumo.equations.system import quantity
+from pneumo.export.printing import assignments
 
 KEYWORDS = ("IF {} THEN", "ELSIF {} THEN", "ELSE", "END_IF;")
 TYPES = {"double": "LREAL", "float": "REAL"}
 REALS = {"double": np.float64, "float": np.float32}
 # Names that a controller refuses, or that differ from another one only by case: it makes no difference there.
 OF_CONSTANTS = {"gamma_": "gamma", "R": "R_gas", "M": "M_moving", "n": "n_index"}
-OF_CHAMBER = {name: f"{name}_side" for name in ("u", "m", "x", "v", "P", "T")} | {
+OF_CHAMBER = {name: f"{name}_side" for name in ("u", "m", *PATHS, "x", "v", "P", "T")} | {
     "V": "volume",
     "dV_dt": "volume_rate",
     "s": "length",
 }
-OF_PISTON = {name: f"{name}_stage" for name in ("u", "opening", "x", "v", "P_A", "P_B", "force")}
+OF_PISTON = {name: f"{name}_stage" for name in ("x", "v", "P_A", "P_B", "force")}
+OF_PISTON |= {f"{name}{of}": f"{name}{of}_stage" for name in ("u", "m", "opening") for of in ("", "_A", "_B")}
 OF_PISTON |= {"a": "dv_dt_free", "s": "length"}
 POSITIVE = ("V", "space", "space_mid", "space_end", "resists_mid", "resists_end", "P_mid", "T_mid")
-
-
-class Cost(NamedTuple):
-    """Numbers of operations on real numbers, at most, by kind."""
-
-    multiplications: int
-    divisions: int
-    roots: int
-    powers: int
-
-    def plus(self, other: "Cost") -> "Cost":
-        """Sum with another cost, kind by kind."""
-        return Cost(*(a + b for a, b in zip(self, other, strict=True)))
-
-    def times(self, count: int) -> "Cost":
-        """Operations times a count."""
-        return Cost(*(count * a for a in self))
 
 
 class Variable(NamedTuple):
@@ -134,25 +115,6 @@ class Text(CodePrinter):
         return f"{self._print(expr.lhs)} {sign} {self._print(expr.rhs)}"
 
 
-def _counted(text: str) -> Cost:
-    return Cost(text.count("*"), text.count("/"), text.count("SQRT("), text.count("EXPT("))
-
-
-def _most(value: Any, printer: Text) -> Cost:
-    """Largest number of operations of an expression, a tuple, or a `Choice`, over its branches."""
-    if isinstance(value, Choice):
-        branches = (_most(value.yes, printer), _most(value.no, printer))
-        return _most(value.condition, printer).plus(Cost(*map(max, *branches)))
-    if isinstance(value, tuple):
-        return Cost(*map(sum, zip(*(_most(part, printer) for part in value), strict=True)))
-    return _counted(printer.doprint(value))
-
-
-def statement_cost(statements: list[Statement], printer: Text) -> Cost:
-    """Largest number of operations of statements, over their branches."""
-    return Cost(*map(sum, zip(Cost(0, 0, 0, 0), *(_most(s.value, printer) for s in statements), strict=True)))
-
-
 def lines(statements: list[Statement], printer: Text) -> list[str]:
     """Lines of Structured Text for statements.
 
@@ -174,140 +136,6 @@ def numbers(values: Any, precision: str) -> tuple[str, ...]:
     return tuple(number(float(value), precision) for value in values)
 
 
-class SystemText(NamedTuple):
-    """Text of a system that the stepping block and the observer block have in common."""
-
-    system: System
-    precision: str
-    parts: Printed
-    inside: Text  # of statements on one chamber
-    outside: Text  # of those on valve and piston
-
-    @property
-    def real(self) -> str:
-        """Name of the type of real numbers in Structured Text, from `TYPES`."""
-        return TYPES[self.precision]
-
-    def number(self, value: float) -> str:
-        """Literal of a real number."""
-        return number(value, self.precision)
-
-    def numbers(self, values: Any) -> tuple[str, ...]:
-        """Literals of several real numbers."""
-        return tuple(self.number(float(value)) for value in values)
-
-    def quantity(self, name: str, initial: float = 0.0) -> Variable:
-        """Declaration of an input or a state, with its unit and meaning."""
-        return Variable(name, self.real, (self.number(initial),), described(name))
-
-    @property
-    def constants(self) -> list[Variable]:
-        """Declarations of the plant's numbers."""
-        return [
-            Variable(self.outside.name(c.name), self.real, (self.number(c.value),), c.comment)
-            for c in self.parts.constants
-        ]
-
-    @property
-    def costs(self) -> tuple[Cost, Cost, Cost]:
-        """Operations of one chamber's rates, of valve and piston, and of the stops, at most."""
-        return (
-            statement_cost(self.parts.chamber, self.inside),
-            statement_cost([*self.parts.valve, *self.parts.piston], self.outside),
-            statement_cost(self.parts.stops, self.outside),
-        )
-
-    @property
-    def substep_cost(self) -> Cost:
-        """Operations of a substep of both chambers, of valve and piston, at most."""
-        valve, before, chamber, after, pace = self.parts.substep
-        return (
-            statement_cost([*chamber, *pace], self.inside)
-            .times(2)
-            .plus(statement_cost([*valve, *before, *after], self.outside))
-        )
-
-    @property
-    def statements(self) -> dict[str, list[str]]:
-        """Lines of the statements of the rates, by part."""
-        return {
-            "opened": lines(self.parts.valve, self.outside),
-            "piston": lines(self.parts.piston, self.outside),
-            "stops": lines(self.parts.stops, self.outside),
-            "chamber": lines(self.parts.chamber, self.inside),
-        }
-
-    @property
-    def substep(self) -> dict[str, list[str]]:
-        """Lines of the statements of a substep, by part."""
-        valve, before, chamber, after, pace = self.parts.substep
-        return {
-            "opened": lines(valve, self.outside),
-            "before": lines(before, self.outside),
-            "chamber": lines(chamber, self.inside),
-            "after": lines(after, self.outside),
-            "paces": lines(pace, self.inside),
-        }
-
-    def variables(
-        self,
-        outside: list[Statement],
-        inside: list[Statement],
-        of_chamber: Iterable[str],
-        counters: Iterable[str],
-    ) -> list[Variable]:
-        """Declarations of the variables that statements use; `of_chamber` are the inputs of a chamber."""
-        named = dict.fromkeys(self.outside.name(name) for s in outside for name in s.names)
-        named |= dict.fromkeys(self.inside.name(name) for s in inside for name in s.names)
-        named |= dict.fromkeys(f"{name}_side" for name in of_chamber)
-        return [
-            *(Variable(name, self.real) for name in named),
-            Variable("area", self.real, comment="m^2, of the piston"),
-            Variable("V_d", self.real, comment="m^3, dead volume"),
-            Variable("started", "BOOL", ("FALSE",)),
-            *(Variable(name, "INT") for name in counters),
-        ]
-
-
 def described(name: str) -> str:
     """Unit and meaning of an input or a state."""
     return ", ".join(quantity(name))
-
-
-def system_text(system: System, precision: str, also: Iterable[str] = ()) -> SystemText:
-    """Text of a system; `also` as in `printed`."""
-    inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
-    return SystemText(system, precision, printed(system, also), inside, outside)
-
-
-def comparing_program(
-    system: System,
-    precision: str,
-    block: tuple[str, str],
-    compared: str,
-    arrays: list[Variable],
-    body: str,
-) -> Unit:
-    """Program that compares results of a function block with those in Python.
-
-    `block` are the block's name and that of its instance, `compared` what the program compares.
-    """
-    name, instance = block
-    real, last = TYPES[precision], (len(system.states) - 1,)
-    variables = [
-        Variable(instance, name),
-        Variable("passed", "BOOL", ("FALSE",), f"all {compared} agree"),
-        Variable("largest", real, comment="largest relative difference from Python"),
-        Variable("failures", "INT", comment="calls that failed"),
-        Variable("difference", real, last=last),
-        Variable("i", "INT"),
-        Variable("k", "INT"),
-    ]
-    comment = (
-        f"{compared.capitalize()} of {name} with known results, from Python in double precision: "
-        "`passed` if all agree."
-    )
-    scales = Variable("scale", real, numbers(scale(system), precision), last=last)
-    return Unit(
-        "PROGRAM", f"{name}_test", comment, {"VAR": variables, "VAR CONSTANT": [*arrays, scales]}, body
-    )

@@ -10,23 +10,24 @@ from pneumo.equations.substep import LENGTHS, STAGE
 from pneumo.equations.system import System
 from pneumo.errors import InputError
 from pneumo.export.c_source import TEMPLATES
-from pneumo.export.known_steps import known_steps
-from pneumo.export.observer_noise import ObserverNoise
-from pneumo.export.printing import heading
+from pneumo.export.known_steps import known_steps, scale
+from pneumo.export.printing import Substep, heading, printed
 from pneumo.export.st_parts import (
+    OF_CHAMBER,
+    OF_CONSTANTS,
+    OF_PISTON,
     TYPES,
+    Text,
     Unit,
     Variable,
-    comparing_program,
     described,
+    lines,
     number,
     numbers,
-    system_text,
 )
-from pneumo.export.structured_text_observer import observer_block, observer_program
+from pneumo.physics.cylinder import Side
 
 TOLERANCE = {"double": 1e-12, "float": 1e-4}  # of the test program, relative; as in C
-COUNTERS = ("i", "k", "side", "first")
 LISTS = {  # of PLCopen XML: element, and whether its variables are constant
     "VAR_INPUT": ("inputVars", False),
     "VAR_OUTPUT": ("outputVars", False),
@@ -37,68 +38,66 @@ LISTS = {  # of PLCopen XML: element, and whether its variables are constant
 
 def block(system: System, precision: str) -> Unit:
     """Function block in Structured Text that integrates a system."""
-    text, c = system_text(system, precision), system.plant.conditions
-    real, valve = text.real, bool(text.parts.valve)
+    parts, c, real = printed(system), system.plant.conditions, TYPES[precision]
+    inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
     rest = system.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
-    starts = dict(zip(system.states, map(float, rest), strict=True))
-    states = len(system.states)
-    inputs = [text.quantity(name) for name in system.inputs]
-    inputs += [
-        Variable("h", real, (text.number(1e-3),), "s, step"),
+    starts = dict(zip(system.states, numbers(rest, precision), strict=True))
+    openings = [name for name in system.states if name.startswith("opening")]
+    inputs = [
+        *(Variable(name, real, (number(0.0, precision),), described(name)) for name in system.inputs),
+        Variable("h", real, (number(1e-3, precision),), "s, step"),
         Variable(
             "interpolate", "BOOL", ("FALSE",), "inputs are linear from those of the last call, not held"
         ),
         Variable("restart", "BOOL", ("FALSE",), "take the state below; no step"),
+        *(Variable(f"{name}_start", real, (start,), described(name)) for name, start in starts.items()),
         *(
-            Variable(f"{name}_start", real, (text.number(starts[name]),), described(name))
-            for name in system.states
+            Variable(outside.name(c.name), real, (number(c.value, precision),), c.comment)
+            for c in parts.constants
         ),
-        *text.constants,
     ]
-    outputs = [text.quantity(name, starts[name]) for name in system.states]
+    outputs = [Variable(name, real, (start,), described(name)) for name, start in starts.items()]
     failed = "h, a volume, a pressure or a temperature is not positive"
     outputs.append(Variable("failed", "BOOL", ("FALSE",), failed))
-    valve_lines, before, chamber, after, pace = text.parts.substep
-    outside = [*valve_lines, *before, *after]
-    assigned = {name for s in outside for name in s.names}
-    own = [*system.chamber_states, "u" if system.valve else "m"]
-    piston_names = [name for name in system.inputs if name not in ("x", "v")]
-    piston_names += ["x", "v", "P_A", "P_B"] * system.piston + ["opening"] * ("opening" in system.states)
-    places = ("x_middle", "v_middle", "x_last", "v_last", "x_mid", "v_mid", "x_end", "v_end")
-    places += ("remaining", "length", "fastest")
-    new = ("P_A_after", "P_B_after") * system.piston
+    of_piston = {name: outside for name in ("valve", "before", "after", "opened")}
+    printers = {name: of_piston.get(name, inside) for name in Substep._fields}
+    statements = {name: getattr(parts.substep, name) for name in Substep._fields}
+    reals = [printers[part].name(name) for part, of in statements.items() for s in of for name in s.names]
+    reals += [f"{name}_before" for name in system.inputs]
+    reals += [f"{name}_stage" for name in system.inputs if name not in ("x", "v")]
+    reals += [outside.name(name) for name in ["x", "v", "P_A", "P_B"] * system.piston + openings]
+    reals += [inside.name(name) for name in (*system.flow_inputs, *system.chamber_states, "x", "v")]
+    reals += [*system.of_chambers["A"], "x_middle", "v_middle", "x_last", "v_last", "x_mid", "v_mid"]
+    reals += ["x_end", "v_end", "remaining", "length", "fastest"]
+    reals += [f"{name}_{side.name}_after" for name in ("P",) * system.piston for side in Side]
+    last = (len(system.states) - 1,)
     internal = [
-        *(Variable(f"{name}_before", real) for name in system.inputs),
-        Variable("state", real, last=(states - 1,)),
-        Variable("stage", real, last=(states - 1,)),
-        *(Variable(name, real) for name in (*places, *(name for name in new if name not in assigned))),
-        *(Variable(f"{name}_stage", real) for name in piston_names),
-        *text.variables(outside, [*chamber, *pace], (*own, "x", "v"), COUNTERS),
+        *(Variable(name, real, last=last) for name in ("state", "stage")),
+        *(Variable(name, real) for name in dict.fromkeys(reals)),
+        Variable("started", "BOOL", ("FALSE",)),
+        *(Variable(name, "INT") for name in ("i", "k", "side", "first")),
     ]
     known = {
         "inputs": system.inputs,
         "states": system.states,
         "own_states": system.chamber_states,
         "P_A": system.states.index("P_A"),
-        "valve": system.valve,
-        "opening": system.states.index("opening") if "opening" in system.states else None,
-        "command": "u_valve" if valve else "u_stage",
-        **text.substep,
-        "lengths": {name: text.number(value) for name, value in LENGTHS.items()},
-        "stage": text.number(STAGE),
+        "openings": openings,
+        "chambers": {
+            side.name: {
+                inside.name(name): "-" * (sign < 0) + outside.name(outer)
+                for name, (sign, outer) in system.flows(side).items()
+            }
+            | system.of_chambers[side.name]
+            for side in Side
+        },
+        **{part: lines(of, printers[part]) for part, of in statements.items()},
+        "lengths": {name: number(value, precision) for name, value in LENGTHS.items()},
+        "stage": number(STAGE, precision),
         "piston": system.piston,
     }
-    comment = (
-        TEMPLATES.get_template("head.st.j2")
-        .render(
-            heading=heading(system),
-            cost=text.substep_cost,
-            longest=f"{1e3 * LENGTHS['longest']:g}",
-            shortest=f"{1e3 * LENGTHS['shortest']:g}",
-            real=real,
-        )
-        .rstrip()
-    )
+    in_ms = {name: f"{1e3 * LENGTHS[name]:g}" for name in ("longest", "shortest")}
+    comment = TEMPLATES.get_template("head.st.j2").render(heading=heading(system), **in_ms).rstrip()
     declarations = {"VAR_INPUT": inputs, "VAR_OUTPUT": outputs, "VAR": internal}
     body = TEMPLATES.get_template("block.st.j2").render(known).rstrip()
     return Unit("FUNCTION_BLOCK", f"Pneumo_{system.name}", comment, declarations, body)
@@ -106,9 +105,9 @@ def block(system: System, precision: str) -> Unit:
 
 def program(system: System, precision: str) -> Unit:
     """Test program in Structured Text that compares steps of the function block with those in Python."""
-    real, steps = TYPES[precision], known_steps(system)
-    last = len(steps) - 1
-    arrays = [
+    real, steps, block = TYPES[precision], known_steps(system), f"Pneumo_{system.name}"
+    last, of_state = len(steps) - 1, (len(system.states) - 1,)
+    constants = [
         Variable(
             f"known_{key}",
             real,
@@ -116,6 +115,15 @@ def program(system: System, precision: str) -> Unit:
             last=(last, len(getattr(steps[0], key)) - 1),
         )
         for key in ("start", "end", "before", "after")
+    ]
+    constants.append(Variable("scale", real, numbers(scale(system), precision), last=of_state))
+    variables = [
+        Variable("model", block),
+        Variable("passed", "BOOL", ("FALSE",), "all steps agree"),
+        Variable("largest", real, comment="largest relative difference from Python"),
+        Variable("failures", "INT", comment="calls that failed"),
+        Variable("difference", real, last=of_state),
+        *(Variable(name, "INT") for name in ("i", "k")),
     ]
     known = {
         "inputs": system.inputs,
@@ -125,23 +133,16 @@ def program(system: System, precision: str) -> Unit:
         "tolerance": number(TOLERANCE[precision], precision),
     }
     body = TEMPLATES.get_template("test.st.j2").render(known).rstrip()
-    return comparing_program(system, precision, (f"Pneumo_{system.name}", "model"), "steps", arrays, body)
+    comment = f"Steps of {block} with known results, from Python in double precision: `passed` if all agree."
+    return Unit("PROGRAM", f"{block}_test", comment, {"VAR": variables, "VAR CONSTANT": constants}, body)
 
 
-def structured_text(
-    system: System, stem: str, precision: str = "double", noise: ObserverNoise | None = None
-) -> dict[str, str]:
-    """Files of a system, by their names: function block, test program, and both as PLCopen XML.
-
-    With `noise` the function block is an observer that assumes this noise.
-    """
+def structured_text(system: System, stem: str, precision: str = "double") -> dict[str, str]:
+    """Files of a system, by their names: function block, test program, and both as PLCopen XML."""
     name = system.name
     if "__" in name or name.endswith("_"):
         raise InputError(f"model name {name!r}: --to st: must not have two _ in a row, nor one at its end")
-    if noise:
-        units = observer_block(system, noise, precision), observer_program(system, noise, precision)
-    else:
-        units = block(system, precision), program(system, precision)
+    units = block(system, precision), program(system, precision)
     text = TEMPLATES.get_template("unit.st.j2")
     xml = TEMPLATES.get_template("plcopen.xml.j2")
     return {

@@ -15,7 +15,7 @@ from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 from pneumo.storage.files import atomic
 
 PRECISIONS = ("double", "float")
-STEPPING = {"c": c99, "st": structured_text}  # source code with steps, in either precision
+STEPPING = "c", "st"  # source code with steps, in either precision
 TARGETS = ("c", "st", "matlab", "casadi", "fmu")
 
 
@@ -32,6 +32,7 @@ def exported(
     fmi: Literal[2, 3] = 2,
     observer: str | None = None,
     dynamics: ValveDynamics = PROPORTIONAL,
+    two_valves: bool = False,
 ) -> dict[str, bytes]:
     """Files that export a model of a plant, their content by name; the main file comes first.
 
@@ -56,9 +57,11 @@ def exported(
         Version of the FMU.
     observer : {"none", "one", "both"}, optional
         Add a Kalman filter that estimates the pressures from the position and from this many measured
-        pressures. In C and Structured Text only, with valve and piston.
+        pressures. In C only, with valve and piston.
     dynamics : ValveDynamics
         Lag, null offset and dead band of the valve. A dead time is only named in the heads of the files.
+    two_valves : bool
+        A valve for each chamber, with commands u_A and u_B, as in `pneumo.simulate`.
 
     Raises
     ------
@@ -70,8 +73,10 @@ def exported(
         raise InputError(
             "--observer: not for a cylinder with valve_dynamics: its filter models no lag or dead band"
         )
+    if observer is not None and two_valves:
+        raise InputError("--observer: not with --two-valves: its filter models one valve")
     moving = piston or observer is not None
-    chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics)
+    chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics, two_valves=two_valves)
     if target not in TARGETS:
         raise InputError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
     if precision not in PRECISIONS:
@@ -88,12 +93,16 @@ def exported(
         raise InputError(
             f"model name {chosen.name!r}: must be letters, digits and _; an exported function gets this name"
         )
-    if observer is not None and (target not in STEPPING or not valve):
-        raise InputError("--observer: only with --to c and --to st, and without --no-valve")
+    if observer is not None and (target != "c" or not valve):
+        raise InputError("--observer: only with --to c, and without --no-valve")
     stem = chosen.name if stem is None else stem
     if target in STEPPING:
         noise = None if observer is None else observer_noise(chosen, observer)
-        files = STEPPING[target](chosen, stem, precision, noise=noise)
+        files = (
+            c99(chosen, stem, precision, noise=noise)
+            if target == "c"
+            else structured_text(chosen, stem, precision)
+        )
         return {name: text.encode() for name, text in files.items()}
     if target == "fmu":
         from pneumo.export.fmu import fmu

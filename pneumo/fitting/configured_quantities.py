@@ -9,7 +9,7 @@ import numpy as np
 from pneumo.configuration.parameters import Accuracy
 from pneumo.fitting.engine import Solution, inverse_curvature
 from pneumo.fitting.fit_problem import LIMITS, Problem, replayed_pressures, si_value
-from pneumo.fitting.fitted_parameters import CONFIGURED, SHIFTING
+from pneumo.fitting.fitted_parameters import CONFIGURED, SHIFTING, UNFITTED
 
 
 def changed(problem: Problem, known: Accuracy) -> tuple[Problem, ...]:
@@ -71,31 +71,22 @@ def changes_of(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarr
     return np.nan_to_num(np.array(others)) / problem.plant.conditions.P_s
 
 
-def prior_shifts(problem: Problem, inverse: np.ndarray, prior: np.ndarray, known: Accuracy) -> np.ndarray:
-    """Shifts of the parameters if the centre of a prior is off by its accuracy, for each of `CONFIGURED`.
-
-    On the scale of the search, shape (quantity, parameter); zero for a quantity that is not fitted.
-    """
-    result = np.zeros((len(CONFIGURED), len(problem.names)))
-    for row, name in enumerate(CONFIGURED):
-        if name in problem.names:
-            index = problem.names.index(name)
-            result[row] = inverse[:, index] * prior[index] * getattr(known, name)
-    return result
-
-
 def configured_shifts(
     problem: Problem, best: Solution, changes: np.ndarray, known: Accuracy | None
 ) -> np.ndarray:
     """Shifts of the parameters if a configured quantity is off by its accuracy, for each of `SHIFTING`.
 
-    On the scale of the search, shape (quantity, parameter); zero if `known` is None.
+    On the scale of the search, shape (quantity, parameter); zero if `known` is None, and for a prior's centre
+    that is not fitted.
     """
+    result, inverse = np.zeros((len(SHIFTING), len(best.theta))), inverse_curvature(best)
     if known is None:
-        return np.zeros((len(SHIFTING), len(best.theta)))
-    inverse = inverse_curvature(best)
-    unfitted = shifts(changes, best.jacobian, inverse)
-    result = np.append(unfitted, prior_shifts(problem, inverse, best.prior, known), axis=0)
+        return result
+    result[: len(UNFITTED)] = shifts(changes, best.jacobian, inverse)
+    for row, name in enumerate(CONFIGURED, len(UNFITTED)):
+        if name in problem.names:
+            index = problem.names.index(name)
+            result[row] = inverse[:, index] * best.prior[index] * getattr(known, name)
     # A parameter that the record does not determine gets no limit from what is configured.
     low, high = problem.bounds()
     return np.clip(result, low - high, high - low)

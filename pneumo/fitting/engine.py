@@ -7,9 +7,10 @@ the residual and from its auto- and cross-correlation, and the larger one is use
 from the standard error, a wide one from the profile of the sum of squares.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from scipy.optimize import brentq
@@ -112,20 +113,6 @@ def solve(
         if gained < tolerance * squares:
             break
     return best
-
-
-def slopes(
-    residual: Callable[[np.ndarray], np.ndarray], theta: np.ndarray, bounds: np.ndarray, step: float
-) -> np.ndarray:
-    """Derivative of the computed values, shape (channel, sample, parameter), by one-sided differences.
-
-    Steps are away from the nearer bound.
-    """
-    low, high = bounds
-    steps = np.where(theta - low > high - theta, -step, step)
-    here, changed = residual(theta), theta + np.diag(steps)
-    columns = [(here - residual(row)) / size for row, size in zip(changed, steps, strict=True)]
-    return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
 
 
 def squares_at(problem: LeastSquares, theta: np.ndarray) -> float:
@@ -314,3 +301,43 @@ def profile_end(excess: Callable[[float], float], first: float, limit: float) ->
             return np.inf
         inside, outside = outside, min(2 * outside, limit)
     return float(brentq(once, inside, outside, xtol=CLOSE * min(outside, 1.0) / 2))  # type: ignore[arg-type]
+
+
+class WithoutPrior(ABC):
+    """A problem without prior knowledge, with derivatives by one-sided differences."""
+
+    names: tuple[str, ...]
+    slope_step: ClassVar[float]  # of the differences, on the scale of the search
+    logarithmic: ClassVar[tuple[str, ...]] = ()  # parameters with a logarithmic scale
+
+    @abstractmethod
+    def bounds(self) -> np.ndarray:
+        """Bounds of the search, shape (2, parameter)."""
+
+    @abstractmethod
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Measured minus computed values, shape (channel, sample)."""
+
+    @abstractmethod
+    def si(self, name: str, part: float) -> float:
+        """Value of a parameter in SI units, from that on the scale of the search."""
+
+    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances from no centre, without weight."""
+        return theta, np.zeros(len(theta))
+
+    def jacobian(self, theta: np.ndarray) -> np.ndarray:
+        """Derivative of the computed values, by steps away from the nearer bound."""
+        low, high = self.bounds()
+        steps = np.where(theta - low > high - theta, -self.slope_step, self.slope_step)
+        here, changed = self.residual(theta), theta + np.diag(steps)
+        columns = [(here - self.residual(row)) / size for row, size in zip(changed, steps, strict=True)]
+        return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
+
+    def intervals(self, best: Solution, both: np.ndarray) -> tuple[dict[str, float], dict[str, float]]:
+        """Lower and upper ends of the parameters' intervals, SI units, NaN where open."""
+        low, high = dict[str, float](), dict[str, float]()
+        for i, name in enumerate(self.names):
+            ends = parameter_interval(self, best, i, both, logarithmic=name in self.logarithmic)
+            low[name], high[name] = (self.si(name, end) if np.isfinite(end) else np.nan for end in ends)
+        return low, high

@@ -31,10 +31,10 @@ from pneumo.fitting.fit_problem import (
 from pneumo.fitting.fit_result import Estimate, rms_of_chambers
 from pneumo.fitting.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
 from pneumo.fitting.residuals import residuals
-from pneumo.fitting.sensor_offsets import SensorOffset, sensor_offsets
+from pneumo.fitting.sensor_offsets import sensor_offsets
 from pneumo.fitting.settings import MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals
-from pneumo.fitting.wall_laws import averaged_shift, likelihoods, wall_law_fits
+from pneumo.fitting.wall_laws import likelihoods, wall_law_fits
 from pneumo.physics.models import Model, Wall
 
 NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
@@ -96,17 +96,19 @@ def estimate(
     own, *others = by_law.values()
     laws = np.array([found.theta - own.theta for found in (own, *others)])
     weights = likelihoods([own, *others])
+    starts = [name in STARTS for name in problem.names]  # these do not shift with the law
     # What another law explains is no remainder: the intervals cover that law.
     nearest = min((best, *others), key=lambda found: np.sum(found.residual**2))
     values = problem.values(best.theta)
-    averaged_theta = np.clip(best.theta + averaged_shift(problem, laws, weights), *problem.bounds())
+    averaged_theta = np.clip(best.theta + np.where(starts, 0.0, weights @ laws), *problem.bounds())
     low: dict[str, float] = {}
     high: dict[str, float] = {}
     for i, name in enumerate(problem.names):
         if name in intervals:
             ends = parameter_interval(problem, best, i, both, PARAMETERS[name].search.logarithmic)
             ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
-            ends = limited_ends(name, ends, problem.bounds()[0, i])
+            if PARAMETERS[name].group == "dead volume" and np.isfinite(ends[1]):  # it is never negative
+                ends = max(ends[0], problem.bounds()[0, i]), ends[1]
             low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
     # No model predicts the first pressures of the part held out: these alone are fitted.
     fixed = {name: value for name, value in values.items() if name not in STARTS}
@@ -117,13 +119,10 @@ def estimate(
         for signals, P in ((problem.signals, fitted), (rest.signals, predicted))
     )
     pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
-    remainder, expected = (
-        dict(zip(problem.names, half.tolist(), strict=True))
-        for half in (remainder_shifts(nearest), expected_shifts(of_noise))
-    )
-    moved_by = parameter_shifts(problem, best, moved)
-    rows = zip(problem.names, correlation(larger(both)).tolist(), strict=True)
-    related = {name: dict(zip(problem.names, row, strict=True)) for name, row in rows}
+
+    def named(row: np.ndarray) -> dict[str, float]:
+        return dict(zip(problem.names, row.tolist(), strict=True))
+
     return Estimate(
         values=values,
         low=low,
@@ -131,34 +130,16 @@ def estimate(
         rms=rms,
         held_out=held_out,
         pressure=pressure,
-        moved=moved_by,
-        remainder=remainder,
-        expected=expected,
-        correlation=related,
+        moved=parameter_shifts(problem, best, moved),
+        remainder=named(remainder_shifts(nearest)),
+        expected=named(expected_shifts(of_noise)),
+        correlation=dict(zip(problem.names, map(named, correlation(larger(both))), strict=True)),
         of_configuration=plant.conditions.P_s * misfit(changes, best.jacobian, inverse_curvature(best)),
         at_bound=problem.at_bound(best.theta),
-        offsets=offsets_of(problem, best, changes) if model is FULL else {},
+        offsets=sensor_offsets(problem, best, changes) if model is FULL else {},
         averaged=problem.values(averaged_theta) if model is FULL else {},
         laws={law: float(weight) for law, weight in zip(by_law, weights, strict=True)},
     )
-
-
-def limited_ends(name: str, ends: tuple[float, float], lowest: float) -> tuple[float, float]:
-    """Ends of an interval; the lower end of a dead volume is at least the lower bound of the search.
-
-    A dead volume is never negative, so its interval has a lower end wherever it has an upper one.
-    """
-    low, high = ends
-    if PARAMETERS[name].group == "dead volume" and np.isfinite(high):
-        return max(low, lowest), high
-    return ends
-
-
-def offsets_of(problem: Problem, best: Solution, changes: np.ndarray) -> dict[str, SensorOffset]:
-    """First-order offsets of the pressure sensors, by the name of their cause; fitted ones are left out."""
-    names = [f"offset_{side}" for side in "AB"]
-    found = sensor_offsets(best, changes, problem.plant.conditions.P_s)
-    return {name: offset for name, offset in zip(names, found, strict=True) if name not in problem.also}
 
 
 def first_pressures(problem: Problem) -> np.ndarray:

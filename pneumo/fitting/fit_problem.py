@@ -244,15 +244,15 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
         u = behind_valve(signals.u, signals.h, value)
         P_s = sagging_supply(signals, u, plant, value["sag"]) if "sag" in value else signals.P_s
         sets = *steps, start[rows], start_T[rows], P_s, T_in[rows], exhaust[rows]
-        of_A = of_B = motion, plant
+        motions, of_B = [motion, motion], plant
         if "C_B" in value:
-            of_B = motion, plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
+            of_B = plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
         if LEAKS & value.keys():
             leaked = leaked_volume(signals, plant, value)
-            of_A, of_B = with_leak(*of_A, leaked, 0), with_leak(*of_B, leaked, 1)
-        result[rows] = pressures_of_sets(u, of_A[0][None], lanes[rows], V_d[rows], of_A[1], *sets)[0]
-        if of_B is not of_A:
-            other = pressures_of_sets(u, of_B[0][None], lanes[rows], V_d[rows], of_B[1], *sets)[0]
+            motions = [with_leak(motion, plant, leaked, side) for side in range(2)]
+        result[rows] = pressures_of_sets(u, motions[0][None], lanes[rows], V_d[rows], plant, *sets)[0]
+        if of_B is not plant or motions[1] is not motion:
+            other = pressures_of_sets(u, motions[1][None], lanes[rows], V_d[rows], of_B, *sets)[0]
             result[rows, 1] = other[:, 1]
         result[rows] = as_logged(result[rows], signals.period, value)
     return result + np.array([offsets(value) for value in values])
@@ -311,15 +311,16 @@ def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) 
     return np.stack([m * gas.R * c.T_amb / P for m, P in zip(flows, chambers, strict=True)], axis=-1)
 
 
-def with_leak(motion: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) -> tuple[np.ndarray, Plant]:
-    """Motion with a changed velocity that has the effect of a leak out of one chamber, and the plant.
+def with_leak(motion: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) -> np.ndarray:
+    """Motion with a changed velocity that has the effect of a leak out of one chamber.
 
     Air that leaks out lets the rest expand, as behind a moving piston: the rates of pressure and temperature
-    are the same. `leaked`, m^3/s, is from `leaked_volume`. Position and plant are not changed.
+    are the same. `leaked`, m^3/s, is from `leaked_volume`.
     """
-    chamber, moved = chamber_of(plant.cylinder, side), motion.copy()
-    moved[..., 1] += sign_of(side) * (leaked[:, side] / chamber.area)[:, None]
-    return moved, plant
+    moved = motion.copy()
+    area = chamber_of(plant.cylinder, side).area
+    moved[..., 1] += sign_of(side) * (leaked[:, side] / area)[:, None]
+    return moved
 
 
 def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarray:

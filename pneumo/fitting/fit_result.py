@@ -14,7 +14,6 @@ import xarray as xr
 from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, STARTS, Quantity
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.settings import AS_GOOD, OF_STATED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
-from pneumo.hashing import code_hash
 from pneumo.physics.models import Wall
 from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
@@ -92,10 +91,10 @@ class Reference(NamedTuple):
 
 
 NO_REFERENCE = Reference()
-MADE_BY = {  # title of a file, and the modules that made it
-    "cylinder": ("Reduced models fitted to a measurement", "pneumo.fitting.measurement_fit"),
-    "closed": ("Thermal laws fitted to closed chambers", "pneumo.fitting.closed.closed_fit"),
-    "rig": ("Models fitted to a rig", "pneumo.fitting.rig.rig_fit"),
+TITLES = {  # of files
+    "cylinder": "Reduced models fitted to a measurement",
+    "closed": "Thermal laws fitted to closed chambers",
+    "rig": "Models fitted to a rig",
 }
 
 
@@ -111,30 +110,29 @@ def _width(name: str, interval: Interval) -> float:
     return float(np.log(high / low)) if search.logarithmic else high - low
 
 
-def adds_little(name: str, interval: Interval, reference: Reference) -> bool:
-    """Whether the record says hardly more of a parameter than the accuracy that the configuration states."""
-    return bool(OF_STATED * reference.stated < _width(name, interval) < np.inf)
-
-
-def light(name: str, interval: Interval, doubted: bool, reference: Reference = NO_REFERENCE) -> Light:
-    """Light of a parameter by the width of its interval; "green" only if the parameter is not `doubted`.
+def judged(
+    name: str, interval: Interval, doubts: Sequence[str] = (), reference: Reference = NO_REFERENCE
+) -> tuple[Light, str]:
+    """Light of a parameter by the width of its interval and by `doubts`, and the reason if it is not green.
 
     An interval with an open end is "red". A parameter that is fitted within a stated accuracy is known that
     well in any case: it is "yellow" where the record adds little, or where the interval would be red else.
     """
-    width = _width(name, interval)
-    if not np.isfinite(width):
-        return "red"
+    width, stated = _width(name, interval), reference.stated
     limits = VAGUE_PART * reference.searched, ROUGH_PART * reference.searched
     vague, rough = np.log([VAGUE, ROUGH]) if PARAMETERS[name].search.logarithmic else limits
-    if np.isfinite(reference.stated):
-        return "yellow" if doubted or width > min(OF_STATED * reference.stated, vague) else "green"
-    return "red" if width > vague else "yellow" if doubted or width > rough else "green"
+    if not np.isfinite(width) or (not np.isfinite(stated) and width > vague):
+        return "red", "open or too wide an interval"
+    if doubts:
+        return "yellow", first_words(doubts[0])
+    if width > OF_STATED * stated:
+        return "yellow", ADDS_LITTLE
+    return ("yellow", "wide interval") if width > (vague if np.isfinite(stated) else rough) else ("green", "")
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitResult:
-    """Models fitted to a measurement: of a cylinder behind a servo-valve, of closed chambers, or of a rig."""
+    """Models fitted to a cylinder behind a servo-valve or to a rig, or thermal laws to closed chambers."""
 
     data: xr.Dataset  # from `fit_data`, the model with the lowest error on the part held out first
     notes: tuple[str, ...]  # remarks on the record, a sentence each
@@ -145,6 +143,7 @@ class FitResult:
     references: Mapping[str, Reference] = field(default_factory=dict)  # of the full order's parameters
     quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
     of: Literal["cylinder", "closed", "rig"] = "cylinder"
+    conventions: Mapping[str, Any] = field(default_factory=dict)  # of closed chambers, as the file has them
 
     @property
     def models(self) -> list[str]:
@@ -170,8 +169,10 @@ class FitResult:
         """Name of the model whose parameters a configuration gets.
 
         The full order if it has intervals, else `best_model`: parameters of a reduced model also compensate
-        for what that model lacks.
+        for what that model lacks. Of closed chambers the best law that gives a k_0, if one does.
         """
+        if self.of == "closed":
+            return next((law for law in self.models if "k_0" in self.estimates(law)), self.best_model)
         if FULL_ORDER not in self.models:
             return self.best_model
         ends = self.data[["low", "high"]].sel(model=FULL_ORDER).to_array()
@@ -203,39 +204,27 @@ class FitResult:
         Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
         configuration states, or a warning of the rig concerns the parameter.
         """
-        return {
-            name: light(name, interval, bool(self._doubts(name)), self.reference(name))
-            for name, interval in self._rig().items()
-        }
+        return {name: light for name, (light, _) in self._judged().items()}
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
+        return {name: reason for name, (_, reason) in self._judged().items() if reason}
 
     def reference(self, name: str) -> Reference:
         """Widths with which the interval of a parameter of the full order is compared."""
         return self.references.get(name, NO_REFERENCE)
 
-    @property
-    def reasons(self) -> dict[str, str]:
-        """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
-        reasons: dict[str, str] = {}
-        for name, interval in self._rig().items():
-            alone = light(name, interval, doubted=False, reference=self.reference(name))
-            if alone == "red":
-                reasons[name] = "open or too wide an interval"
-            elif doubts := self._doubts(name):
-                reasons[name] = first_words(doubts[0])
-            elif alone == "yellow":
-                little = adds_little(name, interval, self.reference(name))
-                reasons[name] = ADDS_LITTLE if little else "wide interval"
-        return reasons
-
-    def _rig(self) -> dict[str, Interval]:
-        """Estimates of the full order but first pressures and temperatures; empty if it was not fitted."""
+    def _judged(self) -> dict[str, tuple[Light, str]]:
         found = self.estimates(FULL_ORDER) if FULL_ORDER in self.models else {}
-        return {name: interval for name, interval in found.items() if name not in STARTS}
-
-    def _doubts(self, name: str) -> list[str]:
-        """Warnings of the rig that concern a parameter."""
-        concerned = ((text, getattr(text, "parameters", ())) for text in self.of_rig)
-        return [text for text, parameters in concerned if not parameters or name in parameters]
+        concerned = [(text, getattr(text, "parameters", ())) for text in self.of_rig]
+        return {
+            name: judged(
+                name, interval, [text for text, of in concerned if not of or name in of], self.reference(name)
+            )
+            for name, interval in found.items()
+            if name not in STARTS
+        }
 
     def correlation(self, model: str) -> pd.DataFrame:
         """Correlation of a model's parameters, by their names."""
@@ -271,36 +260,14 @@ class FitResult:
     def attributes(self) -> dict[str, Any]:
         """Global attributes of the file."""
         texts = {"notes": "\n".join(self.notes), "warnings": "\n".join(self.warnings)}
-        return {"held_out_from": self.held_out_from} | texts
+        return {"held_out_from": self.held_out_from} | texts | dict(self.conventions)
 
     def save(self, config_sha256: str, path: Path) -> None:
         """Write the result as NetCDF; its attributes `notes` and `warnings` have a line for each text."""
         summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
-        title, *modules = MADE_BY[self.of]
-        common = attributes(title, summary, config_sha256, code_hash(*modules))
+        common = attributes(TITLES[self.of], summary, config_sha256)
         C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
         write(self.data, path, self.attributes() | C | common)
-
-
-@dataclass(frozen=True, kw_only=True)
-class ClosedChambersResult(FitResult):
-    """Thermal laws fitted to closed chambers; there is no reduced model."""
-
-    chambers: str  # whose pressures were fitted: "A", "B" or "A, B"
-    T_wall: float  # K, temperature of the wall
-    P_0: float  # Pa, pressure at which k_0 is stated
-
-    of: Literal["cylinder", "closed", "rig"] = "closed"
-
-    @property
-    def model_of_rig(self) -> str:
-        """Name of the best law that gives a k_0; of the best law if none does."""
-        return next((law for law in self.models if "k_0" in self.estimates(law)), self.best_model)
-
-    def attributes(self) -> dict[str, Any]:
-        """Global attributes of the file."""
-        closed = {"closed_chambers": self.chambers, "T_wall_K": self.T_wall, "P_0_Pa": self.P_0}
-        return super().attributes() | closed
 
 
 def fit_data(
@@ -337,22 +304,18 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
     by_parameter, by_chamber = ("model", "parameter"), ("model", "chamber")
     on_bounds = np.array([[np.int8(p in e.at_bound) for p in parameters] for e in estimates.values()])
     interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
-    rms, Pa = "root mean square error on the part", {"units": "Pa"}
-    moved: dict[str, Any] = {}
-    if any(estimate.moved for estimate in estimates.values()):
+    rms, Pa, every = "root mean square error on the part", {"units": "Pa"}, estimates.values()
+    some: dict[str, Any] = {}
+    if moved := any(estimate.moved for estimate in every):
         none = np.full(len(SHIFTING), np.nan)
-        by_model = [[e.moved.get(p, none) for p in parameters] for e in estimates.values()]
+        table = [[e.moved.get(p, none) for p in parameters] for e in every]
         text = "shift if a configured quantity is off by its accuracy, in parameter_unit"
-        moved = {"moved_by": ((*by_parameter, "quantity"), np.array(by_model), {"long_name": text})}
-    related: dict[str, Any] = {}
-    if any(estimate.correlation for estimate in estimates.values()):
+        some["moved_by"] = (*by_parameter, "quantity"), np.array(table), {"long_name": text}
+    if related := any(estimate.correlation for estimate in every):
         table = [
-            [[e.correlation.get(p, {}).get(q, np.nan) for q in parameters] for p in parameters]
-            for e in estimates.values()
+            [[e.correlation.get(p, {}).get(q, np.nan) for q in parameters] for p in parameters] for e in every
         ]
-        related = {
-            "correlation": ((*by_parameter, "other"), np.array(table), {"long_name": "of two parameters"})
-        }
+        some["correlation"] = (*by_parameter, "other"), np.array(table), {"long_name": "of two parameters"}
     return xr.Dataset(
         {
             "estimate": (by_parameter, values("estimates"), {"long_name": "estimate, in parameter_unit"}),
@@ -367,8 +330,7 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
             "rms_held_out": (by_chamber, arrays("held_out"), {"long_name": f"{rms} held out"} | Pa),
             "at_bound": (by_parameter, on_bounds, {"long_name": "whether it is on a bound of the search"}),
             "pressure": ((*by_chamber, "t"), arrays("pressure")),
-            **moved,
-            **related,
+            **some,
         },
         coords={
             "model": list(estimates),

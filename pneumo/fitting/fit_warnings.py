@@ -7,6 +7,7 @@ Limits were chosen on benches that `make fit-bench` does not judge.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,9 +15,9 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit, search_value, si_value
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
-from pneumo.fitting.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES, STARTS
+from pneumo.fitting.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES, STARTS, of_group
 from pneumo.fitting.position_checks import stated, stated_volume_warnings
-from pneumo.fitting.residuals import BLOCK, Residual, block_means, residuals
+from pneumo.fitting.residuals import Residual, residuals
 from pneumo.fitting.settings import (
     ALLOWED,
     DISTRUST,
@@ -30,30 +31,32 @@ from pneumo.fitting.settings import (
     VAGUE,
 )
 
-STEPS = 20  # of a search for a cause
-AROUND = 0.05  # s, after an event
-AT_STOP = 0.02  # of half the stroke, from its end
-SMALL = 0.1  # command over its limit
-MOSTLY, CONCENTRATED = 0.5, 2.0  # fraction of a misfit, also over that of the time, that makes a place
-BEYOND = 0.02  # of n outside 1..gamma that noise explains
 CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
+UNTRUSTED = "do not trust these parameters"
+STEPS = 20  # of a search for a cause
+BEYOND = 0.02  # of n outside 1..gamma that noise explains
 
 
 def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of unexplained residuals and their likely cause; of odd parameters if no cause is found."""
     name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
-    if name == FULL.name:
-        least = ALLOWED * estimate.of_configuration
-        odd = doubtful(split, estimate.remainder, estimate.expected, least=least)
-        symptoms = [remainder_warning(problem, estimate, split)] if odd else []
-    else:
-        symptoms = residual_warnings(name, dict(zip("AB", split, strict=True)))
-    cause = cause_warnings(problem, split) if symptoms and name == FULL.name else []
+    of_chambers = dict(zip("AB", split, strict=True))
+    if name != FULL.name:
+        return residual_warnings(name, of_chambers) + parameter_warnings(problem, estimate)
+    odd = doubtful(split, estimate.remainder, estimate.expected, least=ALLOWED * estimate.of_configuration)
+    symptoms = [residual_warning(name, of_chambers, remainder_effect(estimate, split))] if odd else []
+    cause = cause_warnings(problem, split) if odd else []
     # With a wrong rig all parameters are odd: its cause says more.
     # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
-    if name == FULL.name and not cause and not any(residual.unexplained for residual in split):
+    if not cause and not any(residual.unexplained for residual in split):
         cause = configured_warnings(problem, estimate) + offset_warnings(estimate)
     return symptoms + (cause or parameter_warnings(problem, estimate))
+
+
+def explanation(name: str, value: float, configured: float = 0.0) -> str:
+    """What a cause or configured quantity would be, as fitted and as configured, SI units."""
+    factor = QUANTITIES[name].factor
+    return PARAMETERS[name].explanation.format(factor * value, factor * configured)
 
 
 def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
@@ -63,16 +66,12 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     for name, distance, weight in zip(problem.names, distances, weights, strict=True):
         if weight == 0:
             continue
-        ends = (estimate.values[name],) * 2
-        if name in estimate.low:
-            ends = estimate.low[name], estimate.high[name]
-        low, high = (search_value(name, end) for end in ends)
+        value, prior = estimate.values[name], problem.priors[name]
+        low, high = (search_value(name, ends.get(name, value)) for ends in (estimate.low, estimate.high))
         own = (high - low) / 2 / LIMITS  # NaN where an end is open: then nothing is contradicted
-        if abs(distance) > OUTSIDE * np.hypot(problem.priors[name].deviation, own):
-            factor, configured = QUANTITIES[name].factor, si_value(name, problem.priors[name].centre)
-            numbers = factor * estimate.values[name], factor * configured
-            explanation = PARAMETERS[name].explanation.format(*numbers)
-            result.append(f"{explanation} is outside its stated accuracy (--also {name} fits it freely)")
+        if abs(distance) > OUTSIDE * np.hypot(prior.deviation, own):
+            text = explanation(name, value, si_value(name, prior.centre))
+            result.append(f"{text} is outside its stated accuracy (--also {name} fits it freely)")
     return result
 
 
@@ -90,16 +89,19 @@ def offset_warnings(estimate: Estimate) -> list[str]:
         )
         if moves and abs(offset.value) > OUTSIDE * offset.deviation:
             sure[name] = abs(offset.value) / offset.deviation
-    alike = [name for name in sure if TIED * sure[name] >= max(sure.values())]
-    if not alike:
-        return []
-    texts = " or ".join(
-        f"{PARAMETERS[name].explanation.format(QUANTITIES[name].factor * estimate.offsets[name].value)}"
-        f" (--also {name} fits it)"
-        for name in alike
-    )
-    tied = ": this record cannot tell which" if len(alike) > 1 else ""
-    return [f"{texts} would move parameters out of their intervals and leave less of the residual{tied}"]
+    texts = [
+        f"{explanation(name, estimate.offsets[name].value)} (--also {name} fits it)"
+        for name in sure
+        if TIED * sure[name] >= max(sure.values())
+    ]
+    change = "would move parameters out of their intervals and leave less of the residual"
+    return [_either(texts, change)] if texts else []
+
+
+def _either(texts: Sequence[str], change: str) -> str:
+    """Causes of which each would explain a residual."""
+    tied = ": this record cannot tell which" if len(texts) > 1 else ""
+    return f"{' or '.join(texts)} {change}{tied}"
 
 
 def doubtful(
@@ -122,71 +124,36 @@ def doubtful(
     )
 
 
-def remainder_warning(problem: Problem, estimate: Estimate, split: Sequence[Residual]) -> str:
-    """Warning of residuals of the full order that are not noise: their size, place and effect."""
-
-    def both(field: str) -> str:
-        return " and ".join(f"{getattr(residual, field) / 1e3:.2g}" for residual in split)
-
+def remainder_effect(estimate: Estimate, split: Sequence[Residual]) -> str:
+    """Text on how far residuals of the full order that are not noise may move parameters."""
+    if doubtful(split, estimate.remainder, estimate.expected, DISTRUST):
+        return UNTRUSTED
     moved = [
         f"{QUANTITIES[name].heading} by {100 * np.expm1(estimate.remainder[name]):.0f} %"
         for name in TOLERATED
         if name in estimate.remainder
     ]
-    effect = f"this moves {', '.join(moved)}, or more"
-    if doubtful(split, estimate.remainder, estimate.expected, DISTRUST):
-        effect = "do not trust these parameters"
+    return f"this moves {', '.join(moved)}, or more"
+
+
+def residual_warning(name: str, residual_of: Mapping[str, Residual], effect: str) -> str:
+    """Warning of residuals of a model, by chamber, that are not noise: their size and effect."""
+
+    def each(field: str) -> str:
+        return " and ".join(f"{getattr(residual, field) / 1e3:.2g}" for residual in residual_of.values())
+
+    chambers = " and ".join(f"P_{chamber}" for chamber in residual_of)
     return (
-        f"P_A and P_B: full is off by {both('rms')} kPa rms, of which {both('coloured')} kPa are not noise"
-        f" (sensors: {both('noise')} kPa){place_of_misfit(problem, estimate)}: rig, record or configuration"
-        f" is not as assumed; {effect}"
+        f"{chambers}: {name} is off by {each('rms')} kPa rms, of"
+        f" which {each('coloured')} kPa are not noise (sensor: {each('noise')} kPa): rig, record or"
+        f" configuration is not as assumed; {effect}"
     )
 
 
-def place_of_misfit(problem: Problem, estimate: Estimate) -> str:
-    """Text on where most of the residual that is not noise occurs; empty if no such place stands out.
-
-    Places are reversals of the command, stops, small commands and high pressures. One is named if most of the
-    residual is there, in a small part of the time.
-    """
-    signals, samples = problem.signals, problem.signals.P.shape[1]
-    length = max(1, round(BLOCK / signals.period))
-    residual = signals.P - estimate.pressure[:, :samples]
-    power = np.mean(block_means(residual, length) ** 2, axis=0)
-    u = np.append(signals.u[:: signals.stride, 0], signals.u[-1, -1])
-    x = np.append(signals.motion[:: signals.stride, 0, 0], signals.motion[-1, -1, 0])
-    half, around = problem.plant.cylinder.stroke / 2, max(1, round(AROUND / signals.period))
-    reversal = np.append(np.sign(u[1:]) != np.sign(u[:-1]), False)
-    highest, u_max = float(np.max(signals.P)), problem.plant.valve.u_max
-    places = {
-        f"within {1e3 * AROUND:g} ms of a reversal of u": _near(reversal, around),
-        f"within {1e3 * AROUND:g} ms of a stop": _near(np.abs(x) > (1 - AT_STOP) * half, around),
-        f"where u is below {100 * SMALL:g} % of its limit": np.abs(u) < SMALL * u_max,
-        f"above {0.8 * highest / 1e3:.3g} kPa": (0.8 * highest < signals.P).any(axis=0),
-    }
-    best, text = MOSTLY, ""
-    for name, at in places.items():
-        fraction = block_means(at.astype(float), length)
-        part, time = float(np.sum(power * fraction) / np.sum(power)), float(np.mean(fraction))
-        if part > best and part > CONCENTRATED * time:
-            best, text = part, f", {100 * part:.0f} % of it {name} ({100 * time:.0f} % of the time)"
-    return text
-
-
-def _near(events: np.ndarray, samples: int) -> np.ndarray:
-    """Whether an event is at a sample, or at most `samples` before it; by sample."""
-    return np.convolve(events, np.ones(samples + 1))[: len(events)] > 0
-
-
 def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[str]:
-    """Warnings of residuals of a model, by chamber, that the sensors' noise does not explain."""
-    return [
-        f"P_{chamber}: {name} is off by {residual.rms / 1e3:.3g} kPa rms, of which"
-        f" {residual.coloured / 1e3:.2g} kPa are not noise (sensor: {residual.noise / 1e3:.2g} kPa): rig,"
-        " record or configuration is not as assumed; do not trust these parameters"
-        for chamber, residual in residual_of.items()
-        if residual.unexplained
-    ]
+    """Warning of residuals of a model, by chamber, that the sensors' noise does not explain."""
+    odd = {chamber: residual for chamber, residual in residual_of.items() if residual.unexplained}
+    return [residual_warning(name, odd, UNTRUSTED)] if odd else []
 
 
 def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
@@ -202,22 +169,15 @@ def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
         fitted = fit(trial, tolerance=1e-3, most=STEPS)
         after = _coloured(residuals(trial, fitted.theta))
         if after < EXPLAINED * before:
-            configured = si_value(cause, trial.guess()[trial.names.index(cause)])
-            factor = QUANTITIES[cause].factor
-            numbers = factor * trial.values(fitted.theta)[cause], factor * configured
-            explained[cause] = (
-                after,
-                f"{PARAMETERS[cause].explanation.format(*numbers)} (--also {cause} fits it)",
-            )
+            value, configured = trial.values(fitted.theta)[cause], trial.values(trial.guess())[cause]
+            explained[cause] = after, f"{explanation(cause, value, configured)} (--also {cause} fits it)"
     if not explained:
         return []
     noise = float(np.sqrt(np.mean([residual.noise**2 for residual in split])))
     least = min(after for after, _ in explained.values())
-    alike = [pair for pair in explained.values() if pair[0] <= max(TIED * least, SEEN * noise)]
-    texts = " or ".join(text for _, text in sorted(alike))
-    tied = ": this record cannot tell which" if len(alike) > 1 else ""
+    alike = [text for after, text in sorted(explained.values()) if after <= max(TIED * least, SEEN * noise)]
     change = f"would reduce what is not noise from {before / 1e3:.2g} to {least / 1e3:.2g} kPa rms"
-    return [f"{texts} {change}{tied}"]
+    return [_either(alike, change)]
 
 
 def _coloured(split: Sequence[Residual]) -> float:
@@ -227,52 +187,52 @@ def _coloured(split: Sequence[Residual]) -> float:
 
 def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of parameters on a bound, or unlikely for this cylinder."""
-    values = estimate.values
-    measured_volumes = problem.model.name == FULL.name and stated(problem.plant)
-    result = stated_volume_warnings(problem.plant, estimate) if measured_volumes else []
+    values, plant, period = estimate.values, problem.plant, problem.signals.period
+    measured_volumes = problem.model.name == FULL.name and stated(plant)
+    result = stated_volume_warnings(plant, estimate) if measured_volumes else []
+    fitted = {name: values[name] for name in problem.names}
     at_bound = problem.at_bound(problem.inner(values))
-    for name in problem.names:
+    result += odd_values(fitted, at_bound, plant, volumes=not measured_volumes, meaning="no gas does this")
+    if estimate.high.get("dead_time", np.nan) < -EARLY * period and values["dead_time"] <= -period:
+        text = (
+            "the valve acts before its command was logged: check the time stamps; if the command was not"
+            " held between samples: --command linear"
+        )
+        result.append(FitWarning(text, "dead_time"))
+    return result
+
+
+def odd_values(
+    values: Mapping[str, float], at_bound: Iterable[str], plant: Plant, *, meaning: str, volumes: bool = True
+) -> list[str]:
+    """Warnings of fitted values on a bound, and of dead volumes and an n that no such cylinder has.
+
+    `meaning` says what an odd n shows; dead volumes are judged if `volumes`.
+    """
+    result: list[str] = []
+    for name, value in values.items():
         if name in at_bound:
             # A start on its bound says nothing of one parameter.
-            concerned = () if name in STARTS else (name,)
-            result.append(FitWarning(on_bound(name, values[name]), *concerned))
-        if PARAMETERS[name].group == "dead volume" and not measured_volumes:
-            result += dead_volume_warnings(name, values[name], problem.plant)
-        if name == "dead_time" and acts_early(problem, estimate) and values[name] <= -problem.signals.period:
-            text = (
-                "the valve acts before its command was logged: check the time stamps; if the command was not"
-                " held between samples: --command linear"
-            )
-            result.append(FitWarning(text, name))
-        if name == "n":
-            result += index_warnings(values[name], problem.plant.gas.gamma, "no gas does this")
+            result.append(FitWarning(on_bound(name, value), *([] if name in STARTS else [name])))
+        if volumes and name in of_group("dead volume"):
+            result += dead_volume_warnings(name, value, plant)
+        if name == "n" and not 1 - BEYOND < value < plant.gas.gamma + BEYOND:
+            result.append(f"n = {value:.3g} is outside 1 to {plant.gas.gamma:g}: {meaning}")
     return result
 
 
-def undetermined_notes(problem: Problem, estimate: Estimate) -> list[str]:
-    """Notes on parameters that have an interval, but a wide or open one."""
-    result: list[str] = []
-    for name in (name for name in problem.names if name in estimate.low):
-        ratio = estimate.high[name] / estimate.low[name]
-        if PARAMETERS[name].search.logarithmic and name not in estimate.at_bound and not ratio < VAGUE:
-            remedy = CLOSED_TEST if name == "k_0" else "excite the cylinder more, or record longer"
-            result.append(f"this record does not determine {QUANTITIES[name].name}: {remedy}")
-    return result
-
-
-def acts_early(problem: Problem, estimate: Estimate) -> bool:
-    """Whether a valve acts before its command was logged, by more than clocks explain."""
-    return estimate.high.get("dead_time", np.nan) < -EARLY * problem.signals.period
-
-
-def early_notes(problem: Problem, estimate: Estimate) -> list[str]:
-    """Note on a valve that surely acts, but less than a sample, before its command was logged."""
-    value, period = estimate.values.get("dead_time", 0.0), problem.signals.period
-    if not (estimate.high.get("dead_time", np.nan) < 0 and value > -period):
-        return []
+def undetermined_notes(
+    estimate: Estimate,
+    names: Iterable[str],
+    remedies: Mapping[str, str] = MappingProxyType({"k_0": CLOSED_TEST}),
+    remedy: str = "excite the cylinder more, or record longer",
+) -> list[str]:
+    """Notes on the parameters in `names` that have an interval, but a wide or open one, with a remedy."""
     return [
-        f"the valve acts {1e3 * -value:.2g} ms before its command was logged, less than a sample of"
-        f" {1e3 * period:.3g} ms: `fitted.yaml` has no dead time"
+        f"this record does not determine {QUANTITIES[name].name}: {remedies.get(name, remedy)}"
+        for name in names
+        if name in estimate.low and name not in estimate.at_bound
+        if not estimate.high[name] < VAGUE * estimate.low[name]
     ]
 
 
@@ -280,11 +240,6 @@ def on_bound(name: str, value: float) -> str:
     """Warning of a parameter on a bound."""
     quantity = QUANTITIES[name]
     return f"{quantity.name} is on the bound of the search: {value:.3g} {quantity.unit}"
-
-
-def index_warnings(n: float, gamma: float, meaning: str) -> list[str]:
-    """Warning if n is outside 1 to gamma by more than noise; else none."""
-    return [] if 1 - BEYOND < n < gamma + BEYOND else [f"n = {n:.3g} is outside 1 to {gamma:g}: {meaning}"]
 
 
 def bounds_of_reduced(estimates: Mapping[str, Estimate], parameters: Sequence[str]) -> list[str]:

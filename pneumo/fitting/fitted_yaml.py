@@ -3,15 +3,16 @@
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import yaml
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import sonic_conductance
 from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import QUANTITIES as UNCERTAIN
-from pneumo.configuration.uncertain import SIGMAS
+from pneumo.configuration.uncertain import SIGMAS, Uncertain, uncertainties
 from pneumo.errors import printable
-from pneumo.fitting.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
+from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
 from pneumo.fitting.settings import LAWS_ALIKE
 from pneumo.statistics.intervals import Interval
@@ -79,7 +80,7 @@ def fitted_configuration(
         name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
     }
     notes += _put_values(content, section, known, plant, float(np.diff(fit.data["t"].values[:2]).item()))
-    section["fitted"] = _fitted_section(fit, known)
+    section["fitted"] = _fitted_section(fit, known, uncertainties(configuration)[cylinder])
     mean = fit.estimates(rig).get("k_0", Interval(np.nan, np.nan, np.nan))
     if abs(mean.value / estimates.get("k_0", mean).value - 1) > LAWS_ALIKE:
         notes.append(
@@ -101,7 +102,7 @@ def fitted_configuration(
         *(f"WARNING: {text}" for text in fit.warnings),
         "Found, with 95 % intervals:",
         *(f"  {note}" for note in notes),
-        *([] if isinstance(fit, ClosedChambersResult) else _best_model_lines(fit)),
+        *([] if fit.of == "closed" else _best_model_lines(fit)),
     ]
     body = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     return "".join(f"# {line}\n" for line in heading) + body
@@ -171,27 +172,35 @@ def _put_values(
     return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
 
 
-def _fitted_section(fit: FitResult, known: dict[str, Interval]) -> dict[str, Any]:
-    """Joint covariance of the fitted quantities, and each model's error on the part held out, for a study."""
-    rig = fit.model_of_rig
-    names = [name for name in known if UNCERTAIN_NAMES.get(name, name) in UNCERTAIN and known[name].known]
-    widths = []
-    for name in names:
-        _, low, high = known[name]
-        logarithmic = UNCERTAIN[UNCERTAIN_NAMES.get(name, name)].logarithmic
-        widths.append((np.log(high / low) if logarithmic else high - low) / 2 / SIGMAS)
-    correlation = np.eye(len(names))
-    if "correlation" in fit.data:
-        related = fit.correlation(rig).reindex(index=names, columns=names).fillna(0.0).to_numpy(copy=True)
-        correlation = np.where(correlation, 1.0, related)
-    covariance = correlation * np.outer(widths, widths)
+def _fitted_section(fit: FitResult, known: dict[str, Interval], before: Uncertain) -> dict[str, Any]:
+    """Joint covariance of the fitted quantities, and each model's error on the part held out, for a study.
+
+    Where one dead volume alone is `known`, the other is as uncertain as `before`, though a key states it.
+    """
+    rig, deviations = fit.model_of_rig, dict[str, float]()
+    for name, (_, low, high) in known.items():
+        quantity = UNCERTAIN.get(UNCERTAIN_NAMES.get(name, name))
+        if quantity and known[name].known:
+            deviations[name] = (np.log(high / low) if quantity.logarithmic else high - low) / 2 / SIGMAS
+    dead_volumes = of_group("dead volume")
+    related = fit.correlation(rig) if "correlation" in fit.data else pd.DataFrame()
+    if deviations.keys() & {*dead_volumes}:
+        for name in (name for name in dead_volumes if name not in deviations):
+            deviations[name] = before.half_width(name) / SIGMAS
+            related = related.drop(index=name, columns=name, errors="ignore")
+    names, widths = list(deviations), np.array(list(deviations.values()))
+    correlation = related.reindex(index=names, columns=names).fillna(0.0).to_numpy(copy=True)
+    np.fill_diagonal(correlation, 1.0)
     errors = {
         "full order" if model == FULL_ORDER else model: rms_of_chambers(held_out) / 1e3
         for model, held_out in zip(fit.models, fit.data["rms_held_out"].values, strict=True)
     }
     return {
         "quantities": [UNCERTAIN_NAMES.get(name, name) for name in names],
-        "covariance": [[float(f"{value:.4g}") for value in row] for row in covariance.tolist()],
+        "covariance": [
+            [float(f"{value:.4g}") for value in row]
+            for row in (correlation * np.outer(widths, widths)).tolist()
+        ],
         "error_kPa": {model: _rounded(error) for model, error in errors.items()},
     }
 
@@ -204,16 +213,13 @@ def _experiments(
     With a k_0, experiments of one loop and signal that differed by k_0 alone become one.
     """
     runs = configuration.run.experiments
-    kept: dict[str, Any] = {}
-    seen: list[tuple[Any, Any]] = []
+    kept: dict[tuple[Any, ...], tuple[str, Any]] = {}
     for name, experiment in content["experiments"].items():
         if experiment["cylinder"] != cylinder or (runs != "all" and name not in runs):
             continue
+        kind = experiment["loop"], experiment.get("signal"), name if k_0 is None else ""
         if k_0 is not None:
             experiment.pop("lambda_0_W_per_m2K", None)
             experiment["k_0_W_per_K"] = _rounded(k_0.value)
-        kind = experiment["loop"], experiment.get("signal")
-        if kind not in seen or k_0 is None:
-            kept[name] = experiment
-            seen.append(kind)
-    return kept
+        kept.setdefault(kind, (name, experiment))
+    return dict(kept.values())

@@ -1,7 +1,6 @@
 """Models fitted to a measurement, the full order first; their notes, warnings, errors on another record."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -36,11 +35,10 @@ from pneumo.fitting.fit_warnings import (
     bounds_of_reduced,
     disagreements,
     doubtful,
-    early_notes,
     fit_warnings,
     undetermined_notes,
 )
-from pneumo.fitting.fitted_parameters import ALSO, REPORTED, STARTS
+from pneumo.fitting.fitted_parameters import ALSO, PARAMETERS, REPORTED, STARTS
 from pneumo.fitting.position_checks import dead_volume_notes, position_shown, stop_warnings
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import residuals, sensor_noise
@@ -49,18 +47,6 @@ from pneumo.fitting.stage_signals import StageSignals, stage_signals
 from pneumo.fitting.wall_laws import wall_law_notes
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve_dynamics import ValveDynamics
-
-
-class _FullOrder(NamedTuple):
-    """Full order fitted to a record, and what the reduced models get from it."""
-
-    estimate: Estimate
-    prior: Mapping[str, Prior]  # knowledge of what is configured
-    reported: tuple[str, ...]  # parameters that get an interval
-    plant: Plant  # with the causes that were found
-    record: StageSignals  # with the valve's opening
-    offsets: np.ndarray  # of the pressure sensors, Pa, by (chamber, 1)
-    reference: np.ndarray  # best known pressures without noise, Pa, by (chamber, sample)
 
 
 def fit_measurement(
@@ -97,7 +83,7 @@ def fit_measurement(
         but the full order cannot be fitted.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
-    has_full = m.m is None and not (plant.valve.leak or plant.valve.laminar)
+    has_full = m.m is None
     _check_also(also, measurement, has_full)
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
     split = split_of(record, part)
@@ -106,15 +92,16 @@ def fit_measurement(
     for note in long:
         progress(f"note: {note}")
     known = known or accuracy(position_shown=position_shown(m, plant))
-    full = None
-    behind, reported, off, reference = (plant, record), (*REPORTED, *also), np.zeros((2, 1)), None
+    behind, off, reference, prior = (plant, record), np.zeros((2, 1)), None, NO_PRIORS
     estimates: dict[str, Estimate] = {}
     if has_full:
-        full = _full_order(record, plant, m.P, also=also, known=known, part=part, long=bool(long))
-        behind, reported = (full.plant, full.record), full.reported
-        off, reference = full.offsets, full.reference
-        estimates[FULL.name] = full.estimate
-        progress(error_line(FULL.name, full.estimate))
+        full, prior = _full_order(record, plant, also=also, known=known, part=part)
+        estimates[FULL.name], off = full, offsets(full.values)
+        # Replayed pressures are better known than measured ones, unless the replay is far off.
+        reference = (full.pressure if full.low else m.P) - off
+        behind = with_causes(plant, full.values), opened(record, full.values)
+        progress(error_line(FULL.name, full))
+    reported = tuple(dict.fromkeys((*REPORTED, *also, *prior)))
     for name in models:
         fitted = estimate(
             MODELS[name],
@@ -124,32 +111,32 @@ def fit_measurement(
             known=known,
             reference=reference,
         )
-        estimates[name] = _kept(fitted, off, bool(long))
+        estimates[name] = fitted._replace(pressure=fitted.pressure + off)
         progress(error_line(name, fitted))
     estimates = ranked(estimates)
-    judged = FULL if full else MODELS[next(iter(estimates))]
+    judged = FULL if has_full else MODELS[next(iter(estimates))]
     problem = Problem(
         model=judged,
         plant=plant,
         signals=first,
         fixed={},
         also=also,
-        priors=full.prior if full else NO_PRIORS,
+        priors=prior,
     )
     of_rig = stop_warnings(m, plant, known) + fit_warnings(problem, estimates[judged.name])
     warnings = of_rig + disagreements(estimates)
-    if full:
+    if has_full:
         warnings += bounds_of_reduced(estimates, reported)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
+    logarithmic = [name for name in problem.names if PARAMETERS[name].search.logarithmic]
     starts = [name for name in STARTS if any(name in fitted.values for fitted in estimates.values())]
     return FitResult(
         data=fit_data(measurement, estimates, (*reported, *starts)),
         notes=(
             *measurement.notes,
             *long,
-            *undetermined_notes(problem, estimates[judged.name]),
-            *early_notes(problem, estimates[judged.name]),
-            *(wall_law_notes(estimates[judged.name]) if full else ()),
+            *undetermined_notes(estimates[judged.name], logarithmic),
+            *(wall_law_notes(estimates[judged.name]) if has_full else ()),
             *dead_volume_notes(m, plant, known),
             *alike_notes(reduced),
         ),
@@ -169,60 +156,34 @@ def references(problem: Problem, known: Accuracy) -> dict[str, Reference]:
 
 
 def _full_order(
-    record: StageSignals,
-    plant: Plant,
-    measured: np.ndarray,
-    *,
-    also: tuple[str, ...],
-    known: Accuracy,
-    part: float,
-    long: bool,
-) -> _FullOrder:
-    """Full order fitted to the first `part` of a record with the pressures `measured`, Pa.
+    record: StageSignals, plant: Plant, *, also: tuple[str, ...], known: Accuracy, part: float
+) -> tuple[Estimate, Mapping[str, Prior]]:
+    """Full order fitted to the first `part` of a record, and what was known of its parameters.
 
-    If the residuals of the first, plain fit make it `doubtful` by `DISTRUST`, no interval is computed, and
-    the measured pressures are the reference; else the replayed pressures are.
+    No interval is computed if the residuals of the first, plain fit make it `doubtful` by `DISTRUST`.
     """
     first = record.part(0, split_of(record, part))
-    prior = priors(plant, first, known, sensor_noise(first.P, first.P))
-    plain = Problem(FULL, plant, first, {}, also=also, priors=prior)
+    plain = Problem(
+        FULL, plant, first, {}, also=also, priors=priors(plant, first, known, sensor_noise(first.P, first.P))
+    )
     rough = best_start(plain)
     prior = priors(plant, first, known, sensor_noise(first.P, rough.residual * plant.conditions.P_s))
-    of_noise, _ = covariances(rough)
-    halves = remainder_shifts(rough), expected_shifts(of_noise)
+    halves = remainder_shifts(rough), expected_shifts(covariances(rough)[0])
     remainder, expected = (dict(zip(plain.names, half.tolist(), strict=True)) for half in halves)
     far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)
-    reported = tuple(dict.fromkeys((*REPORTED, *also, *prior)))
+    reported = () if far else (*REPORTED, *also, *prior)
     fitted = estimate(
         FULL,
         plant,
         record,
-        intervals=() if far else reported,
+        intervals=reported,
         part=part,
         also=also,
         prior=prior,
         known=known,
         start=rough.theta,
     )
-    fitted = _kept(fitted, np.zeros((2, 1)), long)
-    off = offsets(fitted.values)
-    return _FullOrder(
-        estimate=fitted,
-        prior=prior,
-        reported=reported,
-        plant=with_causes(plant, fitted.values),
-        record=opened(record, fitted.values),
-        offsets=off,
-        reference=(measured if far else fitted.pressure) - off,
-    )
-
-
-def _kept(fitted: Estimate, off: np.ndarray, long: bool) -> Estimate:
-    """Estimate with the sensors' offsets `off`, Pa, added to its pressures.
-
-    Those of a long record are in single precision (0.03 Pa).
-    """
-    return fitted._replace(pressure=(fitted.pressure + off).astype(np.float32 if long else np.float64))
+    return fitted, prior
 
 
 def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
@@ -272,6 +233,4 @@ def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> No
     if "P_s" in also and measurement.P_s is not None:
         raise InputError(f"--also P_s: {measurement.name} has the supply pressure as a column")
     if also and not full:
-        raise InputError(
-            f"--also {also[0]}: needs the fit of the full order: the command u and a valve without leakage"
-        )
+        raise InputError(f"--also {also[0]}: needs the command u, in place of measured flows")

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumo.fitting.engine import Solution, inverse_curvature, residual_scatter
-from pneumo.fitting.fit_problem import LIMITS
+from pneumo.fitting.fit_problem import LIMITS, Problem
 
 
 class SensorOffset(NamedTuple):
@@ -20,14 +20,16 @@ class SensorOffset(NamedTuple):
     shifts: np.ndarray  # of the parameters, on the scale of the search, if it were fitted too
 
 
-def sensor_offsets(best: Solution, changes: np.ndarray, P_s: float) -> list[SensorOffset]:
-    """Offsets of both sensors, each found as if it alone were fitted too, at the optimum of a fit.
+def sensor_offsets(problem: Problem, best: Solution, changes: np.ndarray) -> dict[str, SensorOffset]:
+    """Offsets by the name of their cause, each as if it alone were fitted too; fitted ones are left out.
 
     `changes`, from `changes_of`, are those of the residual if a configured quantity is off, in units of P_s.
     """
-    J, inverse = best.jacobian, inverse_curvature(best)
-    flat_J, result = J.reshape(-1, J.shape[2]), list[SensorOffset]()
-    for side in range(2):
+    J, inverse, P_s = best.jacobian, inverse_curvature(best), problem.plant.conditions.P_s
+    flat_J, result = J.reshape(-1, J.shape[2]), dict[str, SensorOffset]()
+    for side, name in enumerate(("offset_A", "offset_B")):
+        if name in problem.also:
+            continue
         column = np.zeros(J.shape[:2])
         column[side] = 1.0
         moves = inverse @ flat_J.T @ column.ravel()
@@ -37,5 +39,5 @@ def sensor_offsets(best: Solution, changes: np.ndarray, P_s: float) -> list[Sens
         scatter = float(residual_scatter(best._replace(jacobian=left[..., None]))[0, 0])
         configured = np.sum(changes * left, axis=(1, 2)) / LIMITS
         deviation = float(np.sqrt(max(scatter, 0.0) + configured @ configured)) / curvature
-        result.append(SensorOffset(P_s * value, P_s * deviation, -value * moves))
+        result[name] = SensorOffset(P_s * value, P_s * deviation, -value * moves)
     return result

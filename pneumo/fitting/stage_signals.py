@@ -81,6 +81,14 @@ def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
     return weight * period**3, float(np.sqrt(variance))
 
 
+def smoothed(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Signal without its noise, at uniform times t, s; one that is constant is returned."""
+    if np.ptp(x) == 0:
+        return x
+    penalty, _ = smoothing(x, float(t[-1] - t[0]) / (len(t) - 1))
+    return make_smoothing_spline(t, x, lam=penalty)(t)
+
+
 def _cross_validated(pieces: np.ndarray) -> tuple[float, float]:
     """Weight with the lowest cross-validation score, and variance of the noise, by medians over pieces.
 

@@ -11,7 +11,6 @@ import numpy as np
 from pneumo.fitting.engine import Solution
 from pneumo.fitting.fit_problem import FULL, Problem, fit
 from pneumo.fitting.fit_result import Estimate
-from pneumo.fitting.fitted_parameters import STARTS
 from pneumo.fitting.settings import AS_GOOD, LAWS_ALIKE
 from pneumo.physics.models import Wall
 
@@ -48,16 +47,6 @@ def likelihoods(fits: Sequence[Solution]) -> np.ndarray:
     noise = float(np.mean(np.diff(fits[int(squares.argmin())].residual, axis=1) ** 2)) / 2
     weights = np.exp(-(squares - squares.min()) / (2 * max(noise, np.finfo(float).tiny)))
     return weights / weights.sum()
-
-
-def averaged_shift(problem: Problem, laws: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Shift of the parameters from the full order's law to the mean over laws, on the scale of the search.
-
-    `laws` has the shift to each law, shape (law, parameter), `weights` are from `likelihoods`. First
-    pressures and temperatures do not shift.
-    """
-    start = np.array([name in STARTS for name in problem.names])
-    return np.where(start, 0.0, weights @ laws)
 
 
 def wall_law_notes(full: Estimate) -> list[str]:

@@ -1,55 +1,33 @@
-"""Reasons for Snakemake to rerun a rule besides its inputs: imported code, and evidence in results."""
+"""Sources that a rule uses, which Snakemake watches besides the rule's inputs."""
 
 import hashlib
-import os
-import re
-from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
-from pneumo.configuration.experiment import Study
-from pneumo.hashing import code_hash, imports_of
-from pneumo.storage.kept_evidence import evidence_file
+# Folders behind every simulated number.
+SIMULATION = (
+    *("pneumo/core", "pneumo/physics", "pneumo/catalogue", "pneumo/configuration"),
+    *("pneumo/simulation", "pneumo/storage"),
+)
+# And behind what is judged, drawn or written.
+ASSESSMENT = (
+    *SIMULATION,
+    *(f"pneumo/{room}" for room in ("statistics", "verdict", "equations", "linear", "export", "fitting")),
+    *("pneumo/selection", "pneumo/publish", "paper/study"),
+)
+COMPILED = {".pyc", ".so", ".pyd"}
 
 
-def code_behind(script: str, *modules: str) -> Callable[[object], str]:
-    """Return a function for a rule: the SHA-256 of all pneumo modules that a script imports, directly or not.
+@cache
+def sha256_of(*paths: str) -> str:
+    """Return the SHA-256 of files, and of all sources in folders, that a rule uses without naming them.
 
-    Snakemake sees edits of a script but not of what it imports; with the hash as a parameter it runs the rule
-    again. `modules` are those that the script imports by name at run time. Snakemake calls the function with
-    the wildcards of each job that it plans; rules without such jobs, about half, are never hashed.
+    As a parameter of the rule it makes Snakemake run the rule again after an edit.
     """
-
-    @cache
-    def of_script() -> str:
-        return code_hash(*imports_of(Path("workflow/scripts", script)), *modules)
-
-    return lambda wildcards: of_script()  # noqa: ARG005 - Snakemake looks at its name
-
-
-def evidence_for(results: str, study: Study, name: str) -> list[str]:
-    """Return the file of evidence that was made from this configuration in a list, which may be empty."""
-    file = evidence_file(Path(results), name, study.config_sha256)
-    return [] if file is None else [os.path.relpath(file)]
-
-
-def kept_or_made(results: str, study: Study, name: str) -> str:
-    """Return the path of evidence made from this configuration, else where it will be made."""
-    return (evidence_for(results, study, name) or [f"{results}/{name}"])[0]
-
-
-def page_templates(template: str) -> list[str]:
-    """Return the file of a page's template and those of all that it includes, each once."""
-    folders = (Path("pneumo/publish/pages/templates"), Path("paper/study/pages/templates"))
-    names, files = [template], list[Path]()
-    for name in names:  # grows while it is read
-        files.append(next(folder / name for folder in folders if (folder / name).is_file()))
-        text = files[-1].read_text(encoding="utf-8")
-        included = re.findall(r'{% (?:extends|include|from) "([^"]+)"(?! ignore missing)', text)
-        names += [other for other in included if other not in names]
-    return [str(file) for file in files]
-
-
-def fingerprints(files: Sequence[str]) -> dict[str, str]:
-    """Return the SHA-256 of each file, for a rule that reads files which are not its inputs."""
-    return {file: hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}
+    if len(paths) != 1:
+        return hashlib.sha256("".join(map(sha256_of, paths)).encode()).hexdigest()
+    path, digest = Path(*paths), hashlib.sha256()
+    for file in sorted(filter(Path.is_file, path.rglob("*"))) if path.is_dir() else [path]:
+        if file.suffix not in COMPILED:
+            digest.update(f"{file.as_posix()}\0{file.stat().st_size}\0".encode() + file.read_bytes())
+    return digest.hexdigest()

@@ -1,6 +1,5 @@
 """Around the work of every workflow script: arguments, lock, log and errors."""
 
-import gc
 import inspect
 import signal
 import sys
@@ -12,14 +11,8 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from pneumo.errors import SYSTEM, DamagedError, PneumoError
+from pneumo.errors import SYSTEM, PneumoError
 from pneumo.jobs.run_lock import job_lock
-from pneumo.storage.kept_evidence import removed_unless_kept
-from pneumo.storage.seal import hashes_without_seal
-
-GARBAGE = (
-    100_000  # objects made between two collections; with Python's 700 they take a seventh of compile time
-)
 
 
 def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
@@ -27,28 +20,23 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
 
     `script` is the script's ``globals()``, where Snakemake puts its job. Each parameter of `main` gets the
     rule's value of that name: a path or list of paths (input, output), a value (params, wildcards) or
-    ``threads``. The job's log gets the time taken and `hashes_without_seal`, or the error. An error that the
-    user can correct is also one line on standard error, with exit code 2. A damaged input file is removed,
-    and the next run makes it again; kept evidence stays. Ctrl-C ends the process at once, like a kill.
+    ``threads``. The job's log gets the time taken or the error. An error that the user can correct is also
+    one line on standard error, with exit code 2. Ctrl-C ends the process at once, like a kill.
     """
     job = script.get("snakemake")
     if job is None:
         return
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # else Python waits for threads in compiled code
-    gc.set_threshold(GARBAGE)
     start = time.perf_counter()
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # for locales other than UTF-8
     try:
         with job_lock():
             main(**arguments(main, job))
-        made = hashes_without_seal(Path(file) for file in job.output)
-        _log(job, f"{job.rule}: {time.perf_counter() - start:.2f} s\n{made}")
+        _log(job, f"{job.rule}: {time.perf_counter() - start:.2f} s\n")
     except BaseException as error:
         correctable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in SYSTEM
         text = " ".join(str(error).split())
-        if isinstance(error, DamagedError):
-            text += f"; {removed_unless_kept(error.path)}"
         with suppress(OSError):  # the disk may be full
             _log(job, f"{text}\n" if correctable else traceback.format_exc())
         if not correctable:

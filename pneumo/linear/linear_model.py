@@ -55,10 +55,13 @@ def _check_point(system: System, point: dict[str, float]) -> None:
     c, cylinder, u_max = plant.conditions, plant.cylinder, plant.valve.u_max
     dynamics = system.dynamics
     opening = beyond_dead_band(u, dynamics.null, dynamics.dead_band)
+    paths = plant.valve.paths
     problems = {
         f"{point}: must be finite numbers": not np.isfinite(list(point.values())).all(),
-        "u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6": u == opening == 0,
-        f"u = {u:g} V: the valve is shut there, and eq (2) has a kink": opening == 0 != u,
+        "u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6": not paths.knots
+        and u == opening == 0,
+        f"u = {u:g} V: the valve is shut there, and eq (2) has a kink": not paths.knots and opening == 0 != u,
+        f"u = {u:g} V: the valve's curve has a kink there": {opening, -opening} & {*paths.u},
         f"u = {u:g} V: beyond the limiter at {u_max:g} V nothing depends on it": abs(u) > u_max,
         f"x = {x:g} m: must be within half the stroke, {cylinder.stroke / 2:g} m": abs(x)
         > cylinder.stroke / 2,
@@ -71,11 +74,14 @@ def _check_point(system: System, point: dict[str, float]) -> None:
         )
     for side in Side:
         P, T = point[f"P_{side.name}"], point[f"T_{side.name}"]
-        open_port, other = (c.P_s, c.P_atm) if side.sign * opening > 0 else (c.P_atm, c.P_s)
+        openings = max(side.sign * opening, 0.0), max(-side.sign * opening, 0.0)
+        if paths.knots:
+            openings = paths.openings(side.sign * opening, side)
+        ports = zip((c.P_s, c.P_atm), openings, strict=True)
         name = f"P_{side.name} = {P:g} Pa"
         problems[f"{name}: must be positive (absolute)"] = not P > 0
         problems[f"T_{side.name} = {T:g} K: must be positive (absolute)"] = not T > 0
-        singular = P in ((open_port, other) if plant.valve.leak > 0 else (open_port,))
+        singular = P in [P_port for P_port, open_now in ports if open_now + plant.valve.leak > 0]
         problems[f"{name}: eq (1) has no derivative at equal pressures"] = singular
     for text, wrong in problems.items():
         if wrong:

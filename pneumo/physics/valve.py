@@ -44,15 +44,28 @@ class Paths(NamedTuple):
 
     def openings(self, u: float, side: int) -> tuple[float, float]:
         """Openings from the supply and to the atmosphere, V, at a chamber's own command, V."""
-        supply, exhaust = (float(np.interp(u, self.u, of[side])) for of in (self.supply, self.exhaust))
-        return supply, exhaust
+        supply, exhaust = self.supply[side], self.exhaust[side]
+        if u <= self.u[0]:
+            return supply[0], exhaust[0]
+        for i in range(1, self.knots):
+            if u <= self.u[i]:
+                part = (u - self.u[i - 1]) / (self.u[i] - self.u[i - 1])
+                low, high = (supply[i - 1], exhaust[i - 1]), (supply[i], exhaust[i])
+                return low[0] + part * (high[0] - low[0]), low[1] + part * (high[1] - low[1])
+        return supply[-1], exhaust[-1]
+
+    @property
+    def both_open(self) -> bool:
+        """Whether a chamber has both paths open at some command."""
+        pairs = zip(self.supply, self.exhaust, strict=True)
+        return any(
+            bool(supply[i] and exhaust[j]) for supply, exhaust in pairs for i, j in _neighbours(self.knots)
+        )
 
     @property
     def one_at_a_time(self) -> bool:
         """Whether a chamber has never both paths open, and every path has the critical ratio of the gas."""
-        pairs = zip(self.supply, self.exhaust, strict=True)
-        both = any(supply[i] and exhaust[j] for supply, exhaust in pairs for i, j in _neighbours(self.knots))
-        return not both and not self.b
+        return not self.both_open and not self.b
 
 
 def _neighbours(count: int) -> Iterator[tuple[int, int]]:
@@ -163,19 +176,27 @@ def port_flows(
     return 0.0, mass_flow(A_t, P, P_port, T, gas)
 
 
-def _path_flows(
-    u: float, P: float, T: float, valve: Valve, gas: Gas, conditions: Conditions, side: int
+def path_flows(
+    openings: tuple[float, float],
+    ratios: tuple[float, ...],
+    P: float,
+    T: float,
+    valve: Valve,
+    gas: Gas,
+    conditions: Conditions,
 ) -> tuple[float, float]:
-    """Mass flows into and out of a chamber, kg/s, through paths with areas and ratios of their own."""
+    """Mass flows into and out of a chamber, kg/s, through the paths from the supply and to the atmosphere.
+
+    `openings`, V, are those of `Paths.openings`; `ratios` are their critical ratios, or empty for that of the
+    gas.
+    """
     m_in, m_out = 0.0, 0.0
     ports = conditions.P_s, conditions.P_atm
-    ratios = valve.paths.b[side] if valve.paths.b else (gas.critical_ratio,) * 2
-    for P_port, opening, b in zip(ports, valve.paths.openings(u, side), ratios, strict=True):
+    for P_port, opening, b in zip(ports, openings, ratios or (gas.critical_ratio,) * 2, strict=True):
+        its_gas = gas._replace(critical_ratio=b)
         area = valve.k_xu * opening + valve.leak
-        if area > 0:
-            its_gas = gas._replace(critical_ratio=b)
-            flows = port_flows(area, P_port, P, T, valve, its_gas, conditions)
-            m_in, m_out = m_in + flows[0], m_out + flows[1]
+        flows = port_flows(area, P_port, P, T, valve, its_gas, conditions)
+        m_in, m_out = m_in + flows[0], m_out + flows[1]
     return m_in, m_out
 
 
@@ -193,7 +214,8 @@ def chamber_flows(
     except where the valve leaks without `Valve.net_leak`.
     """
     if valve.paths.knots:
-        return _path_flows(u, P, T, valve, gas, conditions, side)
+        ratios = valve.paths.b[side] if valve.paths.b else ()
+        return path_flows(valve.paths.openings(u, side), ratios, P, T, valve, gas, conditions)
     A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
     if u >= 0:
         P_port, P_other = conditions.P_s, conditions.P_atm

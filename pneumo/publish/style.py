@@ -4,7 +4,6 @@ import base64
 import io
 from collections.abc import Generator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,12 +17,6 @@ from pneumo.storage.files import atomic
 SINGLE_MM = 84.0  # width of one column
 DOUBLE_MM = 174.0  # width of the page
 MM_PER_INCH = 25.4
-
-Style = Literal["paper", "talk"]
-# Size of type and lines in a figure of a given width, relative to print. A figure for slides is drawn
-# narrower with the same type, and a slide shows it as wide as the other.
-TYPE_SIZE: dict[Style, float] = {"paper": 1.0, "talk": 1.5}
-_type_size = ContextVar("type_size", default=1.0)
 
 INK = "#1a1a1a"
 GREY = "#7f7f7f"
@@ -92,29 +85,12 @@ def paper_style() -> Generator[None]:
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(PAPER_RC)
-        mpl.rcParams["savefig.dpi"] *= _type_size.get() ** 2  # a narrower figure, for a wider screen
         yield
-
-
-@contextmanager
-def drawn_for(style: Style) -> Generator[None]:
-    """Draw and save the figures inside this context for print, or with large type for slides ("talk")."""
-    token = _type_size.set(TYPE_SIZE[style])
-    try:
-        yield
-    finally:
-        _type_size.reset(token)
-
-
-def fitting(number: int) -> int:
-    """Number of things, such as columns of a legend, that fit side by side where `number` fit in print."""
-    return max(1, int(number / _type_size.get()))
 
 
 def new_figure(width_mm: float = SINGLE_MM, height_mm: float = 60.0) -> Figure:
-    """Return an empty figure of a printed size, or smaller for slides, outside pyplot's global list."""
-    unit = MM_PER_INCH * _type_size.get()
-    fig = Figure(figsize=(width_mm / unit, height_mm / unit), layout="constrained")
+    """Return an empty figure of a printed size, outside pyplot's global list."""
+    fig = Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout="constrained")
     FigureCanvasAgg(fig)
     return fig
 

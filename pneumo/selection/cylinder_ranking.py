@@ -16,11 +16,9 @@ from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.uncertain import GROUPS, Uncertain, plant_with
 from pneumo.errors import InputError
-from pneumo.hashing import code_hash
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
-from pneumo.simulation.full_order import record
+from pneumo.simulation.full_order import record, thermal_time_constant
 from pneumo.simulation.replay import full_order_mse, replay
-from pneumo.simulation.settling import thermal_time_constant
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.error_budget import FULL_ORDER, NOTHING
 from pneumo.storage.files import attributes, write
@@ -293,7 +291,6 @@ def save_cells(study: Study, cells: xr.Dataset, file: Path) -> None:
         TITLE,
         "Error of every model at every n against full-order runs, over several seeds",
         study.config_sha256,
-        code_hash(__name__),
         comment=same_at_every_n(),
         transport="exact",
         study=study.name,

@@ -18,7 +18,7 @@ from pneumo.physics.models import Lane
 from pneumo.simulation.replay import ROW, WIDTH, LanesSideBySide
 from pneumo.simulation.tableau import explicit
 
-KUTTA = explicit([[1 / 2], [-1, 2]], [1 / 6, 2 / 3, 1 / 6], order=3)
+KUTTA = explicit([[1 / 2], [-1, 2]], [1 / 6, 2 / 3, 1 / 6])
 STAGES = len(KUTTA.b)
 
 

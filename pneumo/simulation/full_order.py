@@ -10,6 +10,7 @@ import numpy as np
 import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.configuration.sampling import Sampling
+from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.simulation.excitation import reference_series, reversed_late
 from pneumo.simulation.tableau import STAGES
 
@@ -47,7 +48,8 @@ def run(
 
     It starts from the state y_0 and follows the reference of every step, shape (steps + 1,), m in closed loop
     or V in open loop, under an external force on the piston, N. A step that fails or whose estimated error
-    exceeds 1e-4 of stroke, P_0 or T_0 is repeated in two parts, then in four, up to 2**most_halvings parts.
+    exceeds 1e-4 of stroke, P_0 or T_0 is repeated in two parts, then in four, up to 2**most_halvings parts;
+    the way beyond a stop is such an error.
     `u_B`, of the same shape, is the command of chamber B's own valve, V, positive where it connects B to the
     supply; None: the chambers share a valve.
 
@@ -83,6 +85,17 @@ def equilibrium(plant: Plant) -> np.ndarray:
     """State from which every run starts: piston in the middle, both chambers at (P_0, T_0)."""
     P_0, T_0 = plant.conditions.P_0, plant.conditions.T_0
     return np.array([0.0, 0.0, P_0, T_0, P_0, T_0])
+
+
+def thermal_time_constant(plant: Plant) -> float:
+    """Time constant of heat exchange of chamber A's air with its wall at equilibrium, m c_v / k_0, s.
+
+    The piston is in the middle; the result is infinite for k_0 = 0.
+    """
+    conditions, gas = plant.conditions, plant.gas
+    V = volume(0.0, chamber_of(plant.cylinder, Side.A), plant.cylinder)
+    c = conditions.P_0 * V / (conditions.T_0 * (gas.gamma - 1))
+    return c / plant.k_0 if plant.k_0 else np.inf
 
 
 def failure(states: np.ndarray) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""Results on disk: NetCDF and JSON files, written atomically, checked against their SHA-256 before reading.
+"""Results on disk: NetCDF and JSON files, written atomically.
 
 A rewrite of the same result gives the same bytes, so there are versions but no times or host names inside.
 """
@@ -22,10 +22,10 @@ from netCDF4 import Dataset
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.study_json import from_json, plain
-from pneumo.errors import SYSTEM, DamagedError, InputError, ResultError, printable
+from pneumo.errors import SYSTEM, InputError, ResultError, printable
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.regular_file import named
-from pneumo.storage.seal import check_seal, seal, sealed_files, unsealed
+from pneumo.regular_file import lock, named, regular_file
+from pneumo.storage.checksums import LARGEST_RESULT
 
 DOI = "https://doi.org/10.1243/09596518JSCE203"
 COMMON = {
@@ -50,6 +50,7 @@ NAMES = {  # of coordinates without a unit -> long name
 CHECKOUT = Path(__file__).parents[2]
 LOCK = threading.Lock()  # HDF5 serves one thread at a time
 PART = ".part"  # ends the names of files that are being written
+LARGEST_JSON = 100_000_000  # bytes
 LARGEST_IN_MEMORY = 8_000_000_000  # bytes of the variables that are read from a file
 NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)
 EXPERIMENT_LABELS = ("cylinder", "loop", "k_0")  # scalar coordinates of every per-experiment file
@@ -87,13 +88,11 @@ def output_folder(folder: Path) -> Generator[None]:
     check_output(folder)
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
-        if os.name != "nt":
-            from fcntl import LOCK_EX, LOCK_NB, flock
-
+        if os.name != "nt":  # where a folder cannot be opened
             descriptor = os.open(folder, os.O_RDONLY)
             stack.callback(os.close, descriptor)
             try:
-                flock(descriptor, LOCK_EX | LOCK_NB)
+                lock(descriptor, wait=False)
             except BlockingIOError:
                 problem = "another pneumo writes there; wait, or name another folder with -o"
                 raise InputError(f"{folder}: {problem}") from None
@@ -119,18 +118,17 @@ def attributes(
     title: str,
     summary: str,
     config_sha256: str,
-    code_sha256: str,
     experiment: Experiment | None = None,
     **others: object,
 ) -> dict[str, Any]:
-    """Global attributes of a results file: title, summary, and hashes of configuration and code.
+    """Global attributes of a results file: title, summary, and the configuration's SHA-256.
 
     The parameters of `experiment`, if the file is about a single one, are added as JSON.
     """
     about = {"title": title, "summary": summary, **others}
     if experiment is not None:
         about["experiment_parameters"] = json.dumps(plain(experiment))
-    return {**about, "config_sha256": config_sha256, "code_sha256": code_sha256}
+    return {**about, "config_sha256": config_sha256}
 
 
 @cache
@@ -188,7 +186,6 @@ def write(
                 dataset.to_netcdf(part, engine="netcdf4", encoding=encoding)
         except RuntimeError as error:  # of HDF5, which does not say why
             raise ResultError(f"{path}: cannot be written ({error}); is the disk full?") from None
-        seal(part, ".nc")
 
 
 def write_text(text: str, path: Path | str) -> None:
@@ -197,20 +194,19 @@ def write_text(text: str, path: Path | str) -> None:
         part.write_text(text, encoding="utf-8")
 
 
-def write_json(text: str, path: Path | str) -> None:
-    """Write the text of a JSON object atomically; its SHA-256 becomes the last member, ``sha256``."""
-    with atomic(Path(path)) as part:
-        part.write_text(text.rstrip().removesuffix("}").rstrip(), encoding="utf-8")
-        seal(part, ".json")
-
-
-def read_json(path: Path | str) -> str:
-    """Read the text of a file from `write_json`, without its SHA-256.
-
-    `ResultError` if the file is missing, damaged, truncated or not from this workflow.
-    """
+def read_json(path: Path | str) -> Any:
+    """Content of a JSON file; `ResultError` if the file is missing, truncated or no JSON."""
+    text = _text(path)
     try:
-        return unsealed(Path(path)).decode() + "\n}\n"
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        raise ResultError(f"{path}: not a whole JSON file; delete it and rerun") from None
+
+
+def _text(path: Path | str) -> bytes:
+    try:
+        with regular_file(Path(path), LARGEST_JSON) as file:
+            return file.read()
     except FileNotFoundError:
         raise _absent(path) from None
     except OSError as error:
@@ -219,7 +215,7 @@ def read_json(path: Path | str) -> str:
 
 def read_study(parameters: Path | str) -> Study:
     """Read a study from its ``parameters.json``; `ResultError` if the file does not hold a study."""
-    text = read_json(parameters)
+    text = _text(parameters)
     try:
         return from_json(text)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
@@ -252,21 +248,20 @@ def _bytes_in_memory(variable: Any) -> int:
 
 @contextmanager
 def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]:
-    """Open a NetCDF file of pneumo; check its SHA-256, and that its experiment is the one in its name.
+    """Open a NetCDF file of pneumo; check that its experiment is the one in its name.
 
     The variables to be read, by default all, must fit into memory.
     """
     try:
-        check_seal(path)
-        with LOCK:
+        with regular_file(path, LARGEST_RESULT), LOCK:
             check_sizes(path, LARGEST_IN_MEMORY, variables)
         # Absolute: a relative name might look like a network address.
         with LOCK, xr.open_dataset(path.absolute(), engine="netcdf4") as dataset:
             if dataset.attrs.get("source") != COMMON["source"]:
-                raise DamagedError(path, "was not written by pneumo")
+                raise ResultError(f"{path}: was not written by pneumo")
             experiment = dataset.coords.get("experiment")
             if experiment is not None and experiment.ndim == 0 and experiment.item() != path.stem:
-                raise DamagedError(path, f"holds experiment {experiment.item()}, not the one of its name")
+                raise ResultError(f"{path}: holds experiment {experiment.item()}, not the one of its name")
             yield dataset
     except FileNotFoundError:
         raise _absent(path) from None
@@ -277,21 +272,6 @@ def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]
             raise ResultError(f"{path}: cannot be read ({error.strerror})") from None
         text = " ".join(str(error).split())
         raise ResultError(f"{path}: not a readable NetCDF-4 file ({text}); delete it and rerun") from None
-
-
-def damaged(folder: Path) -> list[DamagedError]:
-    """Errors, one for each file under a folder of results that is damaged, truncated or not from pneumo."""
-    errors: list[DamagedError] = []
-    for path in sealed_files(folder):
-        try:
-            if path.suffix == ".json":
-                check_seal(path)
-            else:
-                with _checked(path, ["experiment"]):
-                    pass
-        except DamagedError as error:
-            errors.append(error)
-    return errors
 
 
 def read(path: Path | str, *variables: str) -> xr.Dataset:

@@ -1,21 +1,15 @@
 """From arrays of replays to the dataset of grid cells that is stored."""
 
-from collections.abc import Mapping
-from pathlib import Path
-
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import STATUS, Replayed, replay
-from pneumo.simulation.signals import study_sampling
-from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
-from pneumo.storage.trace_layout import replay_and_errors, traced
 
 
 def same_at_every_n() -> str:
@@ -60,38 +54,3 @@ def replay_dataset(
         coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": t}
         | experiment_labels(experiment),
     )
-
-
-def write_replays(
-    study: Study, name: str, recording: Recording, outputs: Mapping[str, Path], code_sha256: str
-) -> None:
-    """Replay every model at every n on one experiment, with each signal sampling in `outputs`.
-
-    `outputs` has the file of each sampling's cells. Their errors over time are written into the folder
-    `traces` beside its folder.
-    """
-    e = study.experiments[name]
-    lanes, index = grid_lanes(study.n, e.plant.gas.gamma)
-    for transport, output in outputs.items():
-        sampling = study_sampling(transport, e)
-        cells, errors = replay_and_errors(e, lanes, recording, sampling)
-        about = attributes(
-            f"Reduced models replayed on {name}, {transport} signals",
-            "Error of every model at every n against the full-order run, and the pressures",
-            study.config_sha256,
-            code_sha256,
-            e,
-            comment=same_at_every_n(),
-            transport=transport,
-            samples="none: every stage" if sampling.exact else f"{sampling.rule} {sampling.delay[0] * e.h}",
-        )
-        write(replay_dataset(e, study.n, index, cells), output, about)
-        about = attributes(
-            f"Errors of reduced models on {name}, {transport} signals",
-            "Samples; mean square, lowest and highest error of every step by interval; two choices of n",
-            study.config_sha256,
-            code_sha256,
-            e,
-            transport=transport,
-        )
-        write(traced(e, study.n, index, cells, errors), output.parents[1] / "traces" / output.name, about)

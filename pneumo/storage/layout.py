@@ -8,10 +8,8 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
 from pneumo.simulation.full_order import RUN_STATUS, STATE, Recording, failure
-from pneumo.simulation.settling import QUANTITIES, SETTLING_STATUS, Settling
 
 CHAMBERS = ["A", "B"]
-LONGEST_TRACE = 20_000  # samples of a settling trace; the settling times come from every step
 
 
 def experiment_labels(experiment: Experiment) -> dict[str, object]:
@@ -41,14 +39,15 @@ def described(dataset: xr.Dataset, about: Mapping[str, tuple[str, str]]) -> xr.D
     return dataset
 
 
-def _states_dataset(states: np.ndarray, t: np.ndarray) -> xr.Dataset:
+def states_dataset(states: np.ndarray, t: np.ndarray) -> xr.Dataset:
+    """Dataset of the states, shape (step, 6), at the times t, s."""
     x, v, P_A, T_A, P_B, T_B = states.T
     P, T = (np.stack(pair, axis=1) for pair in ((P_A, P_B), (T_A, T_B)))
     variables = {"x": ("t", x), "v": ("t", v), "P": (("t", "chamber"), P), "T": (("t", "chamber"), T)}
     return xr.Dataset(variables, {"t": t, "chamber": CHAMBERS})
 
 
-def _add_outcome(
+def add_outcome(
     dataset: xr.Dataset, states: np.ndarray, status: int, step: int, h: float, meanings: Mapping[int, str]
 ) -> None:
     """Add to a dataset, in place, a run's status, the time of its failure, and its last state before that."""
@@ -70,46 +69,17 @@ def run_outcome(recording: Recording) -> dict[str, Any]:
     }
 
 
-def settling_dataset(experiment: Experiment, settling: Settling) -> xr.Dataset:
-    """Traces and settling times of one settling run: piston pushed onto a stop, held, released.
-
-    A long trace is thinned, but keeps the steps from which the settling times follow: the release, the
-    largest deviation of each temperature, the last step outside each quantity's band and the next, the end.
-    """
-    states, release = settling.states, settling.release_step
-    every = -(-len(states) // LONGEST_TRACE)
-    settled = release + np.round(settling.times[np.isfinite(settling.times)] / experiment.h).astype(int)
-    T_amb = experiment.plant.conditions.T_amb
-    off = np.abs(states[release:, [STATE.index("T_A"), STATE.index("T_B")]] - T_amb)
-    peaks = release + np.nan_to_num(off).argmax(axis=0)
-    kept = np.concatenate(
-        [np.arange(0, len(states), every), [release, len(states) - 1], peaks, settled - 1, settled]
-    )
-    steps = np.unique(kept)
-    dataset = _states_dataset(states[steps], steps * experiment.h)
-    dataset["t"].attrs = {
-        "comment": f"every {every} steps of {experiment.h:g} s, and those from which settling_time follows"
-    }
-    dataset["T_amb"] = ((), T_amb)
-    dataset["settling_time"] = ("quantity", settling.times)
-    about = {"units": "s", "long_name": "time at which the force is released"}
-    dataset["release_time"] = ((), settling.release_step * experiment.h, about)
-    outcome = settling.status, settling.failure_step, experiment.h, SETTLING_STATUS
-    _add_outcome(dataset, settling.states, *outcome)
-    return dataset.assign_coords(quantity=list(QUANTITIES)).assign_coords(experiment_labels(experiment))
-
-
 def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
     """Dataset with the signals of one full-order run at every step."""
     t = np.arange(len(recording.states)) * experiment.h
-    dataset = _states_dataset(recording.states, t)
+    dataset = states_dataset(recording.states, t)
     dataset["u"] = ("t", recording.u)
     unit, name = ("m", "position reference") if experiment.drive.closed_loop else ("V", "open-loop sequence")
     dataset["reference"] = ("t", recording.reference, {"units": unit, "long_name": name})
     about = {"units": "1", "long_name": "how often the step before was halved"}
     dataset["halvings"] = ("t", np.concatenate([[np.int8(0)], recording.halvings]), about)
     status, step = failure(recording.states)
-    _add_outcome(dataset, recording.states, status, step, experiment.h, RUN_STATUS)
+    add_outcome(dataset, recording.states, status, step, experiment.h, RUN_STATUS)
     return dataset.assign_coords(experiment_labels(experiment))
 
 

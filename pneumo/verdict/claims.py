@@ -10,10 +10,8 @@ from typing import Any, Literal, NamedTuple
 
 from pydantic import Field
 
-from pneumo.verdict import PaperError
-from pneumo.verdict.entries import Entry, read_entries
 from pneumo.verdict.facts import Fact, fact_of, read_facts
-from pneumo.verdict.published import half_unit, read_cells, recorded
+from pneumo.verdict.published import Entry, PaperError, half_unit, read_cells, read_entries, recorded
 
 UNITS_IN_TEXT = {
     "Pa2": "Pa²",
@@ -25,15 +23,7 @@ UNITS_IN_TEXT = {
 }  # from UDUNITS
 
 # Keys of a rule that depend on the cell; all others are passed to its claims, names in braces filled.
-BY_CELL = (
-    "table",
-    "figure",
-    "columns",
-    "class",
-    "errata",
-    "assumptions",
-    "variables",
-)
+BY_CELL = ("table", "figure", "columns", "class", "errata", "variables")
 
 OF_CELL = ("row", "column", "level", "printed", "unit", "scale")
 
@@ -60,13 +50,6 @@ class ToleranceClass(Entry):
     floor: float = 0.0  # smallest limit, in the number's unit
 
 
-class Evidence(Entry):
-    """File that shows an item, and the place in the file."""
-
-    path: str
-    select: str
-
-
 class Claim(Entry):
     """One printed number or statement and how it is judged."""
 
@@ -78,17 +61,14 @@ class Claim(Entry):
     scale: float = 1.0
     digits: int | None = None  # significant digits, where the authors filled up with zeros
     sense: Literal["equal", "at_most", "at_least"] = "equal"
-    kind: Literal["exact", "rounded", "ratio", "ranking", "qualitative"]
     tolerance: str = Field(alias="class")  # name of the tolerance class
     compute: str  # name of the computation
     arguments: Mapping[str, Any] = Field({}, alias="with")
-    evidence: Evidence
+    evidence: Mapping[Literal["path", "select"], str]  # file that shows the item, and the place in it
     models: bool = False  # about models: judged with exact signals and on the paper's own tables too
-    headline: bool = False  # shown in short lists
     fact: str = ""  # in ``facts.yaml``
     basis: str = ""  # kind of evidence of that fact, see `BASES`
     erratum: str | None = None  # may explain a difference
-    assumption: str | None = None  # an alternative that may explain a difference
     see: str | None = None  # erratum worth reading beside it
     sigma: float | None = None  # unit of a limit in sigma; of `read_off`, standard deviation of the reading
     # Standard deviation over seed sets of the number in `unit`, of a statement's margin, or, of a best n, of
@@ -103,11 +83,6 @@ class Claim(Entry):
     def value(self) -> float:
         """The printed number in `unit`; for percentages a fraction."""
         return float(self.printed) * self.scale
-
-    @property
-    def about_models(self) -> bool:
-        """Whether the claim is a statement about models, not a cell of a table or a point of a figure."""
-        return self.models and not self.row
 
     @property
     def half_unit(self) -> float:
@@ -170,7 +145,6 @@ def _cells_of_table(
             sigma = cell | {"printed": beside, "scale": 1} if beside else sigmas[row, cell.get("level")]
             entry["sigma"] = float(sigma["printed"]) * float(sigma.get("scale", 1))
         entry["erratum"] = rule.get("errata", {}).get(entry["id"])
-        entry["assumption"] = rule.get("assumptions", {}).get(entry["id"])
         yield entry
 
 

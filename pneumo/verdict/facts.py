@@ -1,6 +1,8 @@
-"""Facts of a paper: ``facts.yaml`` groups the items; the status of a fact follows from those of its items."""
+"""Facts of a paper: ``facts.yaml`` groups the items; the status of a fact follows from those of its items.
 
-import re
+Assumptions are what was taken where the paper leaves something open: ``assumptions.yaml``.
+"""
+
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatchcase
@@ -9,18 +11,20 @@ from typing import Any, Literal
 
 from scipy.special import chdtrc
 
-from pneumo.verdict import PaperError
-from pneumo.verdict.assumptions import Assumption
-from pneumo.verdict.entries import Entry, read_entries
+from pneumo.verdict.errata import Erratum
+from pneumo.verdict.published import Entry, PaperError, read_entries
 
-FACT_STATUSES = (  # best first
-    "agrees",
-    "agrees within the seeds' scatter",
-    "misprint",
-    "differs, explained",
-    "differs, unexplained",
-    "not judged",
-)
+FACT_STATUSES = {  # best first -> in words, of one fact and of several
+    "agrees": ("agrees", "agree"),
+    "agrees within the seeds' scatter": (
+        "agrees within the seeds' scatter",
+        "agree within the seeds' scatter",
+    ),
+    "misprint": ("is a misprint", "are misprints"),
+    "differs, explained": ("differs, explained", "differ, explained"),
+    "differs, unexplained": ("differs, unexplained", "differ, unexplained"),
+    "not judged": ("is not judged", "are not judged"),
+}
 AGREES, SCATTER, MISPRINT, EXPLAINED, UNEXPLAINED, NOT_JUDGED = FACT_STATUSES
 SIGNIFICANT = 0.05  # a chi-square that is exceeded less often is no scatter
 WITHIN = 2.0  # standard deviations over seeds, where there is no chi-square
@@ -36,8 +40,26 @@ class Fact(Entry):
     items: Sequence[str]  # patterns of ids
     chosen: Sequence[str] = ()  # assumptions that were chosen with its numbers in view
     erratum: str | None = None  # that accounts for what differs
-    doubt: str | None = None  # that does so
     why: str = ""  # other explanation
+
+
+class Assumption(Entry):
+    """One entry of ``assumptions.yaml``."""
+
+    open: str
+    value: Any
+    unit: str = ""
+    config: Sequence[str] = ()
+    code: str = ""
+    basis: str
+    alternatives: dict[str, dict[str, Any] | str]
+    left_out: Mapping[str, str] = {}
+
+
+def read_assumptions(folder: Path) -> dict[str, Assumption]:
+    """Read the assumptions by name; `PaperError` if the file is missing or an entry is wrong."""
+    file = "assumptions.yaml"
+    return {n: Assumption.read(folder / file, n, entry) for n, entry in read_entries(folder, file).items()}
 
 
 def read_facts(folder: Path) -> dict[str, Fact]:
@@ -66,16 +88,14 @@ def judged_facts(
     facts: Mapping[str, Fact],
     items: Sequence[Mapping[str, Any]],
     assumptions: Mapping[str, Assumption],
-    misprints: Mapping[str, str],
-    suspected: Mapping[str, str],
+    errata: Mapping[str, Erratum],
     chi_square: ChiSquare,
 ) -> list[dict[str, Any]]:
     """Return one row per fact with its status, worst first.
 
-    `misprints` and `suspected` have the evidence of each erratum and doubt that holds; `chi_square` is that
-    of some items over the spread of seeds, None if it is not known. Choices that several facts share are
-    divided among them in proportion to their numbers of items: `spent`, with what is `left` of the degrees
-    of freedom.
+    `chi_square` is that of some items over the spread of seeds, None if it is not known. Choices that several
+    facts share are divided among them in proportion to their numbers of items: `spent`, with what is `left`
+    of the degrees of freedom.
     """
     members = {name: [item for item in items if item["fact"] == name] for name in facts}
     shared = Counter[str]()
@@ -92,11 +112,12 @@ def judged_facts(
         off = [item for item in judged if item["status"] not in ("exact", "close")]
         largest = max(judged, key=lambda item: abs(item["relative"] or 0.0), default=None)
         seeds = [abs(item["seeds"]) for item in judged if item["seeds"] is not None]
-        why = fact.why or suspected.get(fact.doubt or "", "")
-        reasons = [misprints.get(fact.erratum or "", ""), why, *(item["reason"] for item in off[:1])]
-        status = _status(
-            fact, judged, off, None if value is None else chdtrc(left, value), fact.erratum in misprints, why
-        )
+        erratum = errata.get(fact.erratum or "")
+        erratum = erratum if erratum and erratum.passes else None
+        cause = fact.why or (erratum.cause if erratum else "")
+        exceeded = None if value is None else chdtrc(left, value)
+        proved = erratum is not None and not erratum.items
+        status = _status(fact, judged, off, exceeded, proved, cause != "")
         rows.append(
             {
                 "name": name,
@@ -110,7 +131,7 @@ def judged_facts(
                 "left": round(left, 1),
                 "largest": largest["relative"] if largest else None,
                 "seeds": max(seeds, default=None),
-                "why": next(filter(None, reasons), "") if status in (MISPRINT, EXPLAINED) else "",
+                "why": cause or off[0]["reason"] if status in (MISPRINT, EXPLAINED) else "",
             }
         )
     order = (UNEXPLAINED, EXPLAINED, MISPRINT, SCATTER, AGREES, NOT_JUDGED)
@@ -123,7 +144,7 @@ def _status(
     off: Sequence[Mapping[str, Any]],
     exceeded: float | None,
     misprint: bool,
-    why: str,
+    explained: bool,
 ) -> str:
     """Status of a fact; `exceeded` is the probability of a larger chi-square."""
     if fact.basis == "set-up" or not judged:
@@ -135,7 +156,7 @@ def _status(
         return SCATTER
     if misprint or all(item["status"] == "explained" for item in off):
         return MISPRINT
-    if why or all(item["status"] in ("explained", "contradicted") for item in off):
+    if explained or all(item["status"] in ("explained", "contradicted") for item in off):
         return EXPLAINED
     return UNEXPLAINED
 
@@ -156,14 +177,8 @@ def headline(rows: Sequence[Mapping[str, Any]], assumptions: Mapping[str, Assump
 
 def headline_text(counts: Mapping[str, Any]) -> str:
     """Return the headline as two sentences."""
-    several = {"agrees": "agree", "differs": "differ", "misprint": "are misprints"}
-    statuses = [
-        f"{n} {'is a misprint' if name == MISPRINT else name}"
-        if n == 1
-        else f"{n} {re.sub('^[a-z]+', lambda word: several[word[0]], name)}"
-        for name, n in counts["statuses"].items()
-        if n and name != NOT_JUDGED
-    ]
+    judged = {name: n for name, n in counts["statuses"].items() if n and name != NOT_JUDGED}
+    statuses = [f"{n} {FACT_STATUSES[name][n > 1]}" for name, n in judged.items()]
     made = f"{counts['choices']} free choices were made" if counts["choices"] else "No free choice was made"
     text = f"{counts['facts']} independent facts: {'; '.join(statuses)}. {made}"
     if counts["predictions"]:

@@ -27,5 +27,16 @@ class Finding(NamedTuple):
     allowed: bool = False  # whether the interval is all that the printed inputs allow: agreement inside it
     swing: float | None = None  # change during the run, in the unit of the value
 
+    @property
+    def is_number(self) -> bool:
+        """Whether the result is a number or an interval, not a statement or a mark."""
+        return self.value is not None or self.low is not None
+
+    def nearest(self, number: float) -> float:
+        """The value, or the number of the interval that is nearest to `number`."""
+        if self.value is not None:
+            return self.value
+        return min(max(number, self.low or 0.0), self.high or 0.0)
+
 
 Computation = Callable[..., Finding]

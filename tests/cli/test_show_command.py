@@ -1,5 +1,7 @@
 """`pneumo show`: what it says of a record whose columns are mistaken."""
 
+import shlex
+
 import numpy as np
 import pandas as pd
 
@@ -25,3 +27,16 @@ def test_show_says_which_columns_look_swapped_and_how_they_were_read(inside, tmp
     assert "x: column x_mm, mm, 1000 Hz, linear: " in out and "P_B: column P_B_bar, bar absolute" in out
     _, _, err = inside("show", "record.csv", "--config", "cylinder.yaml", "--trust")
     assert "swapped" not in err
+
+
+def test_the_option_that_an_error_proposes_can_be_pasted(inside, tmp_path):
+    inside("init")
+    plant = configured_plant(study(load(tmp_path / "cylinder.yaml")))
+    run = simulate(plant, 1e-3, command=2.0 * np.sign(np.sin(np.arange(1500) / 90)))
+    columns = {"Zeit [s]": run.t, "rCmd": run.u, "rPos": 1e3 * run.x, "rPresA": run.P_A / 1e5}
+    pd.DataFrame({**columns, "rPresB": run.P_B / 1e5}).to_csv(tmp_path / "record.csv", index=False)
+    code, _, err = inside("show", "record.csv", "--config", "cylinder.yaml")
+    assert code == 2
+    option = shlex.split(err[err.index("--columns '") :])
+    code, out, _ = inside("show", "record.csv", "--config", "cylinder.yaml", *option)
+    assert code == 0 and "P_B: column rPresB, bar absolute, 1000 Hz" in out

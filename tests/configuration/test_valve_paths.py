@@ -5,29 +5,17 @@ import math
 import numpy as np
 import pytest
 from bad_input import error_of
+from valve_paths import BASE, CURVE, FOUR, OVERLAP, STRAIGHT, plant
 
 import pneumo
-from pneumo.configuration.parameters import plant_of, validated
-from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.schema_parts import merged
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
-from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.simulation.reference import replay_lane
 from pneumo.simulation.replay import replay, replay_one_by_one
 
-BASE = read_yaml(TEMPLATE)
-STRAIGHT = {"u_V": [-10, 0, 10], "C_dm3_per_sbar": [1.5, 0, 1.5]}
-CURVE = {"u_V": [0, 1, 2, 4, 6, 8, 10], "C_dm3_per_sbar": [0, 0.105, 0.3, 0.84, 1.26, 1.44, 1.5]}
 STEPS = 10 * np.sign(np.sin(np.arange(1201) / 90 + 0.1)) * np.linspace(0.2, 1, 1201)
-
-
-def plant(valve_B=None, **valve):
-    """Plant of the template with another valve: a curve in place of C, or more keys beside it."""
-    section = ({} if "curve" in valve else {"C_dm3_per_sbar": 1.5}) | {"b": 0.3} | valve
-    mine = BASE["cylinders"]["mine"] | {"valve": section} | ({"valve_B": valve_B} if valve_B else {})
-    return plant_of(validated(BASE | {"cylinders": {"mine": mine}}, ()), "open")
 
 
 def C_of(at, u, P, side):
@@ -71,8 +59,7 @@ def test_a_table_below_zero_changes_direction_where_it_is_zero_for_both_chambers
 
 
 def test_each_path_has_its_own_conductance_and_critical_ratio():
-    four = {"C_dm3_per_sbar": 1.1, "b": 0.25, "exhaust_ratio": 1.5, "exhaust_b": 0.5}
-    at = plant(valve_B=four, exhaust_ratio=0.8, exhaust_b=0.4)
+    at = plant(valve_B=FOUR, exhaust_ratio=0.8, exhaust_b=0.4)
 
     def flow(C, b, P_u, P_d):
         return 1.185e-8 * C * P_u * math.sqrt(1 - max((P_d / P_u - b) / (1 - b), 0) ** 2)
@@ -85,9 +72,8 @@ def test_each_path_has_its_own_conductance_and_critical_ratio():
 
 
 def test_runs_and_replays_of_the_core_are_those_of_the_readable_equations():
-    overlap = {"u_V": [-10, 0, 10], "C_dm3_per_sbar": [0, 0.3, 1.5], "exhaust_C_dm3_per_sbar": [1.5, 0.2, 0]}
     rows = lane_array([lane(MODELS[name], 1.3, 1.4) for name in ("M2", "M8")])
-    for at in (plant(curve=CURVE), plant(curve=overlap), plant(exhaust_b=0.45)):
+    for at in (plant(curve=CURVE), plant(curve=OVERLAP), plant(exhaust_b=0.45)):
         run = pneumo.simulate(at, 1e-3, command=STEPS[:301] / 3).recording
         side_by_side = replay(run, rows, EXACT_SAMPLING).pressure
         np.testing.assert_allclose(
@@ -96,7 +82,7 @@ def test_runs_and_replays_of_the_core_are_those_of_the_readable_equations():
         for side in pneumo.physics.cylinder.Side:
             again = replay_lane(run, lane(MODELS["M8"], 1.3, 1.4), EXACT_SAMPLING, side)
             np.testing.assert_allclose(side_by_side[1, side], again, rtol=1e-6)
-    rest = pneumo.simulate(plant(curve=overlap), 1e-3, command=np.zeros(3001), start="rest")
+    rest = pneumo.simulate(plant(curve=OVERLAP), 1e-3, command=np.zeros(3001), start="rest")
     assert rest.P_A[-1] == pytest.approx(
         rest.P_B[-1], rel=0.01
     )  # between supply and atmosphere, as a half-bridge

@@ -16,7 +16,7 @@ import numpy as np
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 
-from closed_truth import Truth, measured, pressures  # noqa: E402
+from closed_truth import Truth, compressed, measured, moving, pressures  # noqa: E402
 from independent_rig import BORE, CLOSES, OF_B, OPENS, TRUTH, simulated  # noqa: E402
 
 from benchmarks.disturbances import DISTURBANCES  # noqa: E402
@@ -67,16 +67,6 @@ def cylinder(disturbance: str, seed: int, models: Sequence[str] = ()) -> Found:
     true = case.rig
     k_xu = plant.valve.k_xu * true.C / case.believed.C
     return _found(fit, {"k_0": true.k_0, "k_xu": k_xu, "V_d_A": true.V_A, "V_d_B": true.V_B})
-
-
-def moving(t: np.ndarray) -> np.ndarray:
-    """Position of a piston that moves, m from mid-stroke."""
-    return 0.055 * np.sin(2.2 * t) * np.cos(0.3 * t) + 0.01 * np.sin(7 * t)
-
-
-def compressed(t: np.ndarray) -> np.ndarray:
-    """Position of a piston that is pushed by 60 mm in 0.2 s and held."""
-    return -0.03 * np.tanh((t - 0.3) / 0.05)
 
 
 def closed(

@@ -41,16 +41,6 @@ def test_structs_have_the_fields_of_the_named_tuples_in_their_order(kind):
     assert [name for name, _ in core.ffi.typeof(kind.__name__).fields] == list(kind._fields)
 
 
-def test_a_struct_holds_what_the_named_tuple_held():
-    plant = STUDY.experiments["E14"].plant
-    held = core.struct("Plant", plant)
-    for part in ("gas", "valve", "conditions", "cylinder"):
-        values = getattr(plant, part)
-        names = [name for name in values._fields if name != "paths"]  # an array of each field
-        assert [getattr(getattr(held, part), name) for name in names] == [getattr(values, n) for n in names]
-    assert held.k_0 == plant.k_0
-
-
 EXPONENTIAL = Polynomial([1 / math.factorial(k) for k in range(20)])
 SERIES = {  # of the header's arrays, and where they hold
     "EXP": (EXPONENTIAL, (-polynomials.EXP_REACH, polynomials.EXP_REACH)),
@@ -123,38 +113,36 @@ SHORT = record(lasting("E06", 0.02))
 LANES = lane_array([lane(MODELS["M8"], 1.2, 1.4), full_order_lane(1.4)])
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"states": SHORT.states[:, :5]},
-        {"states": SHORT.states[:0]},
-        {"u": SHORT.u[:-1]},
-        {"reference": np.append(SHORT.reference, 0.0)},
-        {"halvings": SHORT.halvings[:-1]},
-        {"halvings": np.full_like(SHORT.halvings, 31)},
-        {"halvings": np.full_like(SHORT.halvings, -1)},
-        {"halvings": np.full(len(SHORT.halvings), 257)},
-        {"most_halvings": 64},
-        {"most_halvings": -1},
-    ],
-)
-def test_recordings_that_the_core_could_not_read_are_refused(change):
+def sets(count):
+    u, motions, V_d = np.zeros((2, 3)), np.zeros((1, 2, 3, 2)), np.full((count, 2), 1e-5)
+    return u, motions, np.tile(LANES[0], (count, 1)), V_d, SHORT.plant, 1e-3, 1, np.full((count, 2), 5e5)
+
+
+UNREADABLE = [
+    *(
+        (replay_one_by_one, SHORT._replace(**change), LANES, INTERPOLATED)
+        for change in (
+            {"states": SHORT.states[:, :5]},
+            {"states": SHORT.states[:0]},
+            {"u": SHORT.u[:-1]},
+            {"reference": np.append(SHORT.reference, 0.0)},
+            {"halvings": SHORT.halvings[:-1]},
+            *({"halvings": np.full(len(SHORT.halvings), halvings)} for halvings in (31, -1, 257)),
+            {"most_halvings": 64},
+            {"most_halvings": -1},
+        )
+    ),
+    *((replay_one_by_one, SHORT, lanes, INTERPOLATED) for lanes in (LANES[:, :9], LANES[0], LANES.T)),
+    (stage_signals, SHORT, Sampling(every=0), 0),
+    (stage_signals, SHORT, Sampling(delay=(np.nan, 0.0, 0.0)), 0),
+    (pressures_of_sets, *sets(core.lib.ROW + 1)),
+]
+
+
+@pytest.mark.parametrize(("function", "arguments"), [(first, rest) for first, *rest in UNREADABLE])
+def test_what_the_core_could_not_read_is_refused(function, arguments):
     with pytest.raises(ValueError, match=r"needed is|must be"):
-        replay_one_by_one(SHORT._replace(**change), LANES, INTERPOLATED)
-
-
-@pytest.mark.parametrize(
-    "sampling", [Sampling(every=0), Sampling(every=-3), Sampling(delay=(np.nan, 0.0, 0.0))]
-)
-def test_samplings_that_read_no_sample_are_refused(sampling):
-    with pytest.raises(ValueError, match="must be"):
-        stage_signals(SHORT, sampling, 0)
-
-
-@pytest.mark.parametrize("lanes", [LANES[:, :9], LANES[0], LANES.T])
-def test_lanes_of_another_shape_are_refused(lanes):
-    with pytest.raises((ValueError, TypeError)):
-        replay_one_by_one(SHORT, lanes, INTERPOLATED)
+        function(*arguments)
 
 
 @given(st.sampled_from([np.float32, np.int64, np.float64]), st.booleans(), st.booleans())
@@ -180,14 +168,6 @@ def test_a_replay_of_any_signals_ends(u, x, v):
     signals[5:, 0], signals[5:, 1] = x, v
     made = replay_one_by_one(SHORT._replace(u=np.full_like(SHORT.u, u), states=signals), LANES, INTERPOLATED)
     assert made.mse.shape == (2, 2)
-
-
-def test_more_sets_than_the_core_holds_are_refused():
-    plant, many = STUDY.experiments["E14"].plant, core.lib.ROW + 1
-    u, motions = np.zeros((2, 3)), np.zeros((1, 2, 3, 2))
-    of_each = np.full((many, 2), 1e-5), plant, 1e-3, 1, np.full((many, 2), 5e5)
-    with pytest.raises(ValueError, match="sets"):
-        pressures_of_sets(u, motions, np.tile(LANES[0], (many, 1)), *of_each)
 
 
 @given(plants(), st.floats(-500.0, 500.0), st.floats(0.0, 400.0), st.sampled_from([-5.0, 0.0, 5.0]))

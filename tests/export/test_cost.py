@@ -1,14 +1,10 @@
 """Cost of exported steps: eq (6) as a polynomial, the operations counted, the rows of the kept file."""
 
-import json
-
 import numpy as np
 import pytest
-from checkout import ROOT
 from exported_c import C_COMPILER, CompiledModel
 
 from benchmarks import exported_c as cost
-from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo import MODELS
 from pneumo.equations.system import FULL_ORDER, system
 from pneumo.export import exported
@@ -51,12 +47,6 @@ def test_exported_c_with_the_polynomial_steps_as_with_the_power(recording, tmp_p
     assert P[0] != P[1]
 
 
-def test_a_source_without_eq_6_gets_no_polynomial(recording):
-    files = exported("M2", cost.N, recording.plant, "c")
-    with pytest.raises(ValueError, match="0 statements of eq"):
-        cost.with_polynomial(files["M2.c"].decode(), cost.temperature_polynomial(recording)[0], "double")
-
-
 def test_operations_are_those_of_the_equations(recording):
     def counted(name):
         return cost.operations(recording, system(name, cost.N, recording.plant, valve=False))
@@ -65,26 +55,3 @@ def test_operations_are_those_of_the_equations(recording):
     assert counted("M8")["power"] == 2 and "root" not in counted("M8")
     assert "power" not in counted(FULL_ORDER) and counted(FULL_ORDER)["root"] == 2
     assert "power" not in counted("M1") and counted("M1")["multiply"] < counted("M8")["multiply"]
-
-
-def test_the_kept_file_has_every_row_and_part():
-    kept = json.loads((ROOT / "pneumo/export/cost.json").read_text(encoding="utf-8"))
-    rows = [*PAPER_MODELS, FULL_ORDER]
-    rows += [name + cost.POLYNOMIAL for name in PAPER_MODELS if MODELS[name].temperature == "polytropic"]
-    for part in cost.PARTS:
-        assert set(kept["operations"][part]) == {*PAPER_MODELS, FULL_ORDER}
-        for precision in ("double", "float"):
-            assert set(kept["rows"][part][precision]) == set(rows)
-            for of_row in kept["rows"][part][precision].values():
-                assert of_row["ns"] > 0 and ("instructions" in of_row) == (precision == "float")
-
-
-def test_the_kept_file_has_every_observer(plant):
-    kept = json.loads((ROOT / "pneumo/export/cost.json").read_text(encoding="utf-8"))["observers"]
-    for precision, size in (("double", 8), ("float", 4)):
-        rows = kept["rows"][precision]
-        assert set(rows) == {*PAPER_MODELS, FULL_ORDER}
-        for name, row in rows.items():
-            states = len(system(name, cost.N, plant, piston=True).states)
-            assert (row["states"], row["estimate_bytes"]) == (states, size * (states + states**2))
-            assert row["ns"] > 0 and ("instructions" in row) == (precision == "float")

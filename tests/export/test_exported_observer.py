@@ -1,12 +1,11 @@
-"""Exported observers, in C and Structured Text, against `pneumo.ekf` sample by sample."""
+"""Exported observers, in C, against `pneumo.ekf` sample by sample."""
 
 from functools import cache
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
 from brief import in_brief
-from exported_c import C_COMPILER, CompiledObserver, run_test_program
+from exported_c import C_COMPILER, CompiledObserver
 from plain_rates import OWN
 
 import pneumo
@@ -17,7 +16,6 @@ from pneumo.export.known_steps import scale
 from pneumo.export.observer_noise import SENSORS, observer_noise
 
 N, H = 1.35, 1e-3
-BLARK = pytest.mark.skipif(find_spec("blark") is None, reason="blark is not installed")
 pytestmark = pytest.mark.xdist_group("observer")
 
 
@@ -89,86 +87,15 @@ def test_c_estimates_as_the_filter_in_python(model, sensors, precision, plant, t
     assert max(off) < (1e-10 if precision == "double" else 5e-3)
 
 
-@C_COMPILER
-@pytest.mark.parametrize("precision", ["double", "float"])
-def test_the_test_program_in_c_agrees_and_notices_a_change(precision, plant, tmp_path):
-    files = exported("M8", N, plant, "c", precision=precision, observer="both")
-    code, output = run_test_program(files, tmp_path)
-    assert code == 0 and "of the observer's estimates" in output
-    source = files["M8.c"].decode()
-    assert source.count("p->stroke, dv") == 1
-    files["M8.c"] = source.replace(f"const {precision} dx = ", f"const {precision} dx = 100 * ").encode()
-    assert run_test_program(files, tmp_path)[0] == (1 if precision == "double" else code)
-    files["M8.c"] = source.replace("gain[i] * difference", "gain[i] * difference * 2").encode()
-    assert run_test_program(files, tmp_path)[0] == 1
-
-
-@cache
-def _structured_text(model, plant, sensors, precision):
-    from structured_text import parsed
-
-    files = exported(model, N, plant, "st", stem="m", precision=precision, observer=sensors)
-    return tuple(parsed(text.decode()) for text in list(files.values())[:2])
-
-
-ST_FORMS = [(FULL_ORDER, "one", "double"), ("M8", "none", "float"), (OWN, "both", "double")]
-
-
-@BLARK
-@pytest.mark.slow
-@pytest.mark.parametrize(("model", "sensors", "precision"), ST_FORMS)
-def test_the_test_program_in_structured_text_agrees(model, sensors, precision, plant):
-    from structured_text import Block
-
-    block, program = _structured_text(model, plant, sensors, precision)
-    st = Block(*program, blocks=[block])
-    st()
-    assert st["passed"] and st["failures"] == 0
-    st.values["observer"].values["a_a"] *= 1.2
-    st()
-    assert not st["passed"]
-
-
-@BLARK
-@pytest.mark.slow
-def test_structured_text_estimates_as_the_filter_in_python(plant):
-    """Also with readings that are not valid, and with no more operations than its head says."""
-    from structured_text import Block
-
-    block, _ = _structured_text("M8", plant, "both", "double")
-    st, (u, read), estimates, most = Block(*block, count=True), readings(plant, 200), [], np.zeros(4, int)
-    held = [0.0, *u[:-1].tolist()]
-    for k, (command, row) in enumerate(zip(held, read.tolist(), strict=True)):
-        given = dict(zip(("x_read", "p_a_read", "p_b_read"), row, strict=True))
-        valid = {name.replace("read", "valid"): value == value for name, value in given.items()}
-        st.operations.clear()
-        st(**given, **valid, u=command, h=H, restart=k == 0)
-        most = np.maximum(most, [st.operations[key] for key in ("*", "/", "SQRT", "EXPT")])
-        variances = [st.values["covariance"][i, i] for i in range(4)]
-        estimates.append([[st[name] for name in ("x", "v", "P_A", "P_B")], variances])
-        assert not st["failed"]
-    states, variances = (np.array(each) for each in zip(*estimates, strict=True))
-    off = farthest(states, variances, "M8", plant, "both")
-    print(f"largest difference {off[0]:.1e}, of variances {off[1]:.1e}; operations {most}")
-    assert max(off) < 1e-10
-    head = exported("M8", N, plant, "st", observer="both")["M8.st"].decode()
-    stated = [int(w) for w in head.partition("at most: ")[2].partition("\n")[0].split() if w.isdigit()]
-    assert np.all(most <= stated) and np.all(most >= 0.6 * np.array(stated)), (most, stated)
-
-
-@pytest.mark.slow
-def test_models_that_were_not_tuned_say_so(plant):
-    for name, told in (("M8", "best in closed loop"), (FULL_ORDER, "not tuned for this model")):
-        assert told in exported(name, N, plant, "c", observer="none")[f"{name}.h"].decode()
-
-
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"target": "fmu"}, "--observer: only with --to c and --to st"),
-        ({"target": "matlab"}, "--observer: only with --to c and --to st"),
-        ({"target": "c", "valve": False}, "--observer: only with --to c and --to st"),
-        ({"target": "st", "observer": "three"}, "--observer three: must name the pressures"),
+        ({"target": "fmu"}, "--observer: only with --to c, and"),
+        ({"target": "matlab"}, "--observer: only with --to c, and"),
+        ({"target": "c", "valve": False}, "--observer: only with --to c, and"),
+        ({"target": "st"}, "--observer: only with --to c, and"),
+        ({"target": "c", "two_valves": True}, "--observer: not with --two-valves"),
+        ({"target": "c", "observer": "three"}, "--observer three: must name the pressures"),
     ],
 )
 def test_what_has_no_observer_is_refused(options, told, plant):

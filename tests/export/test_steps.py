@@ -11,11 +11,9 @@ from scipy.integrate import solve_ivp
 
 from pneumo import MODELS
 from pneumo.configuration.experiment import Drive
-from pneumo.equations.equation_list import constants
 from pneumo.equations.system import rates, system
 from pneumo.export import exported
 from pneumo.export.known_steps import scale
-from pneumo.physics.valve_dynamics import ValveDynamics
 from pneumo.simulation.reference import full_order_rates
 
 N, H = 1.35, 1e-3
@@ -149,13 +147,3 @@ def test_a_step_out_of_the_positive_numbers_says_so(plant, tmp_path):
     compiled = CompiledModel("M1", None, plant, tmp_path)
     failed, _ = compiled.step([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1e-3, [float("nan"), 5e5])
     assert failed
-
-
-def test_only_needed_constants_are_parameters(plant):
-    header = exported("M1", None, plant, "c")["M1.h"].decode()
-    assert "k_xu" in header and "k_0;" not in header and "float" not in header
-    late = ValveDynamics(lag=4e-3, null=0.1, dead_band=0.3)
-    every = {constant.name for constant in constants(rough(plant), N, late)}
-    assert "valve_" not in header
-    header = exported("full", None, rough(plant), "c", piston=True, dynamics=late)["full.h"].decode()
-    assert every - {"n", "laminar"} == {name for name in every if f" {name};" in header}

@@ -12,10 +12,8 @@ from exported_c import C_COMPILER, CompiledModel
 from plain_rates import EVERY, OWN, plain_rate, rate_size
 
 from pneumo import MODELS
-from pneumo.equations.system import rates, system
 from pneumo.errors import InputError
 from pneumo.export import exported
-from pneumo.linear.linear_model import all_derivatives
 from pneumo.physics.valve import limited
 
 N = 1.35
@@ -102,69 +100,6 @@ def test_matlab(plant, random_states, tmp_path):
 def test_casadi(model, plant, random_states, tmp_path):
     pytest.importorskip("casadi", reason="CasADi is not installed")
     assert difference(run_casadi(model, plant, random_states, tmp_path), model, plant, random_states) < 1e-12
-
-
-@pytest.mark.parametrize("model", ["M8", "M10"])
-def test_casadi_s_derivatives_are_those_of_the_equations(model, plant, random_states, tmp_path):
-    """So they are those of the FMUs too, which are compared with the same."""
-    casadi = pytest.importorskip("casadi", reason="CasADi is not installed")
-    chosen = system(model, N, plant)
-    (tmp_path / "model.py").write_text(source(MODELS[model], plant, "casadi"))
-    given = [casadi.SX.sym(name) for name in ("u", "x", "v", "P_A", "P_B")]
-    rate = casadi.vertcat(*runpy.run_path(str(tmp_path / "model.py"))[f"{model}_dP_dt"](*given))
-    jacobian = casadi.Function("jacobian", given, [casadi.jacobian(rate, casadi.vertcat(*given))])
-    order = [("u", "x", "v", "P_A", "P_B").index(name) for name in (*chosen.states, *chosen.inputs)]
-    for state in random_states[:1000]:
-        point, mine = state[order], np.asarray(jacobian(*state))[:, order]
-        exact = all_derivatives(chosen, point)
-        size = np.abs(exact) @ np.abs(point)  # of the terms of each rate
-        assert np.all(np.abs(mine - exact) * np.abs(point) <= 1e-12 * size[:, None])
-
-
-@pytest.mark.parametrize("target", ["casadi", "matlab"])
-def test_full_order_rates(target, plant, random_states, tmp_path):
-    T = np.random.default_rng(5).uniform(230, 370, (50, 2))
-    rows = np.column_stack([random_states[:50, :4], T[:, 0], random_states[:50, 4], T[:, 1]])
-    ((name, content),) = exported("full", None, plant, target, stem="full_dP_dt").items()
-    (tmp_path / name).write_bytes(content)
-    if target == "casadi":
-        pytest.importorskip("casadi", reason="CasADi is not installed")
-        function = runpy.run_path(str(tmp_path / name))["full_dP_dt"]
-        computed = np.array([[float(rate) for rate in function(*row)] for row in rows.tolist()])
-    elif shutil.which("octave-cli") is None:
-        pytest.skip("GNU Octave is not installed")
-    else:
-        np.savetxt(tmp_path / "rows.txt", rows, fmt="%.17g")
-        call = "[r(i, 1), r(i, 2), r(i, 3), r(i, 4)] = full_dP_dt(num2cell(s(i, :)){:});"
-        script = f"s = load('rows.txt'); r = zeros(rows(s), 4);\nfor i = 1:rows(s)\n{call}\nend\n"
-        (tmp_path / "run.m").write_text(
-            script + "f = fopen('r.bin', 'w'); fwrite(f, r', 'double'); fclose(f);"
-        )
-        subprocess.run(["octave-cli", "--norc", "--quiet", "run.m"], cwd=tmp_path, check=True)
-        computed = np.fromfile(tmp_path / "r.bin").reshape(-1, 4)
-    chosen = system("full", None, plant)
-    expected = np.array([rates(chosen, row[3:], row[:3]) for row in rows.tolist()])
-    # Powers differ by some ulp, their difference in eq (1) by 1e-12 of what flows at least.
-    np.testing.assert_allclose(computed, expected, rtol=1e-11, atol=1e-12 * np.abs(expected).max())
-
-
-def test_states_take_every_branch(plant, random_states):
-    u, _, _, P, _ = random_states.T
-    c, r = plant.conditions, plant.gas.critical_ratio
-    assert min(np.sum(u < -plant.valve.u_max), np.sum(u > plant.valve.u_max)) > 100
-    for where, port, highest in ((u > 0, c.P_s, 2), (u < 0, c.P_atm, 1 / r)):
-        counts, _ = np.histogram(P[where] / port, [0, r, 1, highest])
-        assert counts.min() > 10
-
-
-@pytest.mark.parametrize("target", ["c", "matlab", "casadi"])
-def test_source_names_model_units_and_equations(target, plant):
-    text = next(iter(exported("M8", N, plant, target).values())).decode()
-    for words in ("M8", "n = 1.35", "10.1243/09596518JSCE203", "eq (6)", "eqs (1), (2)", "Pa/s", "eq (13)"):
-        assert words in text
-    assert "1.3999999999999999" in text  # 17 digits
-    assert "area_ratio" not in text  # only what the model needs
-    assert text.isascii()
 
 
 @pytest.mark.parametrize(

@@ -46,3 +46,12 @@ def test_before_and_after_the_record_the_command_is_taken_to_hold(dead_time, exp
     shifted = valve_signal(u, h, dead_time=dead_time * h, lag=0.0, null=0.0)
     np.testing.assert_allclose(shifted, expected, atol=1e-5)  # a lag of none is 1 ns
     assert valve_signal(u, h, dead_time=0.0, lag=5 * h, null=0.0)[0] == u[0]  # at rest where it begins
+
+
+def test_a_valve_lags_and_keeps_the_integral():
+    h, u = 1e-3, np.where(np.arange(400) < 100, 0.0, 2.0)
+    slow = valve_signal(u, h, dead_time=0.0, lag=5e-3, null=0.5) + 0.5
+    # Mean over each step of the exact response, 2 (1 - exp(-t/tau)) from 0.1 s on.
+    from_step = np.maximum(h * np.arange(401) - 0.1, 0.0)
+    exact = np.diff(2 * (from_step + 5e-3 * np.exp(-from_step / 5e-3))) / h
+    np.testing.assert_allclose(slow, exact, atol=1e-9)

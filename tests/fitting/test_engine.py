@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pneumo.fitting.engine import HALF_WIDTH, correlations, covariances, parameter_interval, solve
+from pneumo.fitting.engine import HALF_WIDTH, covariances, parameter_interval, solve
 
 T = np.linspace(0.0, 3.0, 400)
 TRUTH = np.array([0.5, -0.2, 1.0])  # ln a, ln b and the second channel's level
@@ -104,13 +104,3 @@ def test_what_a_record_does_not_show_is_open():
     best = solve(blind, np.zeros(3))
     assert np.isinf(parameter_interval(blind, best, 1, covariances(best))).all()
     assert np.isfinite(parameter_interval(blind, best, 2, covariances(best))).all()
-
-
-def test_correlations_are_means_of_products_with_a_taper():
-    e = np.random.default_rng(1).normal(size=(2, 80))
-    found = correlations(e)
-    centred = e - e.mean(axis=1, keepdims=True)
-    assert found.shape == (2, 2, 21)
-    np.testing.assert_allclose(found[:, :, 10], centred @ centred.T / 80, rtol=1e-12)
-    taper = 2 * (1 - 10 / 11) ** 3
-    assert found[0, 1, 20] == pytest.approx(taper * centred[0, :-10] @ centred[1, 10:] / 80)

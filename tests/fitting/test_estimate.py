@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from synthetic_records import synthetic_record
 
-from pneumo.errors import InputError
 from pneumo.fitting.engine import covariances, expected_shifts, larger
 from pneumo.fitting.estimate import estimate, split_of
 from pneumo.fitting.fit_problem import FULL, Problem, fit, replayed_pressures, settled
-from pneumo.fitting.stage_signals import smoothing, stage_signals
+from pneumo.fitting.stage_signals import stage_signals
 from pneumo.physics.models import MODELS
 
 MOVED = [0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01]  # beside the guess
@@ -45,27 +42,6 @@ def test_an_estimate_does_not_depend_on_rounding():
         assert np.all(np.abs(other.theta - first.theta) < 0.03 * half)
 
 
-@pytest.mark.parametrize("model", ["M7", "M10"])
-def test_replayed_pressures_give_their_parameters_back(model):
-    problem = problem_of(synthetic_record(8, model), model)
-    theta = problem.guess() + MOVED
-    P = replayed_pressures(problem, theta[None])[0]
-    exact = problem._replace(signals=problem.signals._replace(P=P))
-    found = fit(exact, tolerance=1e-12)
-    np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
-
-
-@settings(max_examples=20)
-# 0.1 to 1 % of full scale, which is 2 here; below, ever more of the noise passes for motion.
-@given(noise=st.floats(2e-3, 2e-2), seed=st.integers(0, 1000))
-def test_smoothing_finds_the_noise(noise, seed):
-    t = np.arange(2000) * 1e-3
-    x = np.sin(5 * t) + np.random.default_rng(seed).normal(0, noise, len(t))
-    _, found = smoothing(x, 1e-3)
-    # A variance of 2000 samples has a standard error of 3 %, its root half of that: five of these.
-    assert found == pytest.approx(noise, rel=0.08)
-
-
 @pytest.mark.slow
 def test_interval_of_a_reduced_model_allows_for_its_own_error():
     known = synthetic_record(9012)  # the full order's
@@ -77,12 +53,6 @@ def test_interval_of_a_reduced_model_allows_for_its_own_error():
         held.append(not known.truth.k_0 > found.high["k_0"])
     # Noise hides that M8 is off; the full order shows it.
     assert held == [False, True]
-
-
-def test_a_leaking_valve_is_refused_in_one_line(known):
-    leaking = known.configured._replace(valve=known.configured.valve._replace(leak=1e-8))
-    with pytest.raises(InputError, match=r"^valve: leak = 1e-08 m2.*leak_dm3_per_sbar.*$"):  # . is no newline
-        fit(problem_of(known, "M7")._replace(plant=leaking))
 
 
 def test_exact_signals_have_no_error_in_the_part_held_out(known):

@@ -7,14 +7,14 @@ import pytest
 
 from pneumo.fitting.fit_result import (
     ADDS_LITTLE,
+    NO_REFERENCE,
     Estimate,
     FitResult,
     FitWarning,
     Reference,
     equally_good,
-    first_words,
     fit_data,
-    light,
+    judged,
     rms_of_chambers,
 )
 from pneumo.fitting.record.measurement import Measurement
@@ -36,51 +36,37 @@ def result(estimates, **more):
     return FitResult(data=data, notes=("n",), warnings=("w",), held_out_from=0.001, **more)
 
 
-LIGHTS = [(1.4, False, "green"), (1.6, False, "yellow"), (1.4, True, "yellow")]
-LIGHTS += [(2.9, True, "yellow"), (3.1, False, "red")]
+T_IN, SUPPLY, NULL = Reference(131.0, 6.0), Reference(1.39, 0.04), Reference(2.0)  # searched, and stated
+LIGHTS = [  # value, ends, widths to compare with, colour without and with a doubt
+    ("k_0", 1.0, (1.0, 1.4), NO_REFERENCE, "green", "yellow"),
+    ("k_0", 1.0, (1.0, 1.6), NO_REFERENCE, "yellow", "yellow"),
+    ("k_0", 1.0, (1.0, 3.1), NO_REFERENCE, "red", "red"),
+    ("k_0", 1.0, (np.nan, 1.1), NO_REFERENCE, "red", "red"),
+    ("k_0", 1.0, (0.9, np.nan), NO_REFERENCE, "red", "red"),
+    ("lag", 1e-3, (np.nan, 2e-3), NO_REFERENCE, "green", "yellow"),  # its search begins at zero
+    ("lag", 1e-3, (0.0, np.nan), NO_REFERENCE, "red", "red"),
+    ("dead_time", 1e-3, (np.nan, 2e-3), NO_REFERENCE, "red", "red"),  # it may be negative
+    # Green up to a twentieth of the search, red above a seventh.
+    ("lag", 1e-3, (np.nan, 0.004), Reference(0.1), "green", "yellow"),
+    ("lag", 1e-3, (np.nan, 0.008), Reference(0.1), "yellow", "yellow"),
+    ("lag", 1e-3, (np.nan, 0.04), Reference(0.1), "red", "red"),
+    ("null", 0.0, (-0.04, 0.04), NULL, "green", "yellow"),
+    ("null", 0.0, (-0.06, 0.06), NULL, "yellow", "yellow"),
+    ("null", 0.0, (-0.15, 0.15), NULL, "red", "red"),
+    ("T_in", 293.0, (290.5, 295.5), T_IN, "yellow", "yellow"),  # hardly narrower than is stated
+    ("T_in", 293.0, (290.7, 295.3), T_IN, "green", "yellow"),
+    ("P_s", 650e3, (637e3, 663e3), SUPPLY, "yellow", "yellow"),
+    ("P_s", 650e3, (645e3, 655e3), SUPPLY, "green", "yellow"),
+    ("b", 0.35, (0.05, 0.65), Reference(0.78, 1.0), "yellow", "yellow"),  # red but for what is stated
+    ("b", 0.35, (0.05, 0.65), Reference(0.78), "red", "red"),
+]
 
 
-@pytest.mark.parametrize(("ratio", "doubted", "colour"), LIGHTS)
-def test_a_light_is_that_of_the_intervals_width_and_of_doubt(ratio, doubted, colour):
-    assert light("k_0", Interval(1.0, 1.0, ratio), doubted) == colour
-
-
-def test_an_open_end_is_red_but_a_search_from_zero_needs_no_lower_one():
-    assert (
-        light("k_0", Interval(1.0, np.nan, 1.1), False)
-        == light("k_0", Interval(1.0, 0.9, np.nan), False)
-        == "red"
-    )
-    assert light("lag", Interval(1e-3, np.nan, 2e-3), False) == "green"
-    assert light("lag", Interval(1e-3, 0.0, np.nan), False) == "red"
-    of_search = Reference(searched=0.1)  # s: green up to a twentieth of it, red above a seventh
-    for high, colour in ((0.004, "green"), (0.008, "yellow"), (0.04, "red")):
-        assert light("lag", Interval(1e-3, np.nan, high), False, of_search) == colour
-    assert light("dead_time", Interval(1e-3, np.nan, 2e-3), False) == "red"  # it may be negative
-
-
-@pytest.mark.parametrize(
-    ("name", "half", "reference", "colour"),
-    [
-        ("T_in", 3.3, Reference(131.0, 6.0), "yellow"),  # as wide as the configuration says
-        ("T_in", 2.5, Reference(131.0, 6.0), "yellow"),
-        ("T_in", 2.3, Reference(131.0, 6.0), "green"),
-        ("P_s", 13e3, Reference(1.39, 0.04), "yellow"),  # 2 % of 650 kPa
-        ("P_s", 5e3, Reference(1.39, 0.04), "green"),
-        ("b", 0.3, Reference(0.78, 1.0), "yellow"),  # narrower than stated, but red without that
-        ("b", 0.3, Reference(0.78), "red"),
-        ("null", 0.04, Reference(2.0), "green"),  # 5 % of the range is 0.1 V, 14 % is 0.28 V
-        ("null", 0.06, Reference(2.0), "yellow"),
-        ("null", 0.15, Reference(2.0), "red"),
-    ],
-)
-def test_what_may_be_zero_is_judged_by_its_search_and_what_is_configured_by_its_accuracy(
-    name, half, reference, colour
-):
-    value = {"T_in": 293.0, "P_s": 650e3, "b": 0.35, "null": 0.0}[name]
-    interval = Interval(value, value - half, value + half)
-    assert light(name, interval, False, reference) == colour
-    assert light(name, interval, True, reference) == ("yellow" if colour == "green" else colour)
+@pytest.mark.parametrize(("name", "value", "ends", "reference", "colour", "doubted"), LIGHTS)
+def test_a_light_is_that_of_the_intervals_width_and_of_doubt(name, value, ends, reference, colour, doubted):
+    interval = Interval(value, *ends)
+    assert judged(name, interval, reference=reference)[0] == colour
+    assert judged(name, interval, ["odd"], reference)[0] == doubted
 
 
 def test_a_line_says_where_the_record_adds_little_to_the_configuration():
@@ -104,15 +90,12 @@ def test_a_warning_colours_what_it_names_and_one_that_names_nothing_all():
     assert set(result(fits, of_rig=("rig",)).lights.values()) == {"yellow"}
     wide = result({"full": model({"k_0": 0.5, "k_xu": 1e-6}, 500.0, factor=1.3)})
     assert wide.reasons == dict.fromkeys(("k_0", "k_xu"), "wide interval")
+    doubts = FitWarning("first of two words " * 4, "k_0"), FitWarning("second", "k_0")
+    (text,) = result(fits, of_rig=doubts).reasons.values()
+    assert text.startswith("first of two") and text.endswith(" ...") and len(text) <= 48
     vague = result({"full": model({"k_0": 0.5}, 500.0, factor=2.0)}, of_rig=("rig",))
     assert vague.reasons == {"k_0": "open or too wide an interval"}
     assert result({"M8": model({"k_0": 0.5}, 500.0)}).lights == {}
-
-
-def test_first_words_end_at_a_word():
-    assert first_words("short") == "short"
-    words = first_words("a warning with many words " * 4)
-    assert len(words) <= 48 and words.endswith(" ...") and words.startswith("a warning with many words a")
 
 
 def test_the_best_model_is_the_first_reduced_one_without_a_parameter_on_its_bound():
@@ -152,11 +135,3 @@ def test_a_correlation_is_of_the_parameters_that_a_model_has():
     )
     assert list(table.columns) == list(table.index) == ["k_0", "k_xu"]
     assert table.loc["k_0", "k_xu"] == -0.3
-
-
-def test_of_several_good_models_the_best_is_offered_and_of_several_doubts_the_first_is_said():
-    fits = {name: model({"k_0": 0.5}, error) for name, error in (("M8", 6e2), ("M9", 7e2), ("M7", 8e2))}
-    assert result(fits).best_model == "M8"
-    doubts = FitWarning("first of two", "k_0"), FitWarning("second of two", "k_0")
-    of_full = result({"full": model({"k_0": 0.5}, 500.0)}, of_rig=doubts)
-    assert of_full.reasons == {"k_0": "first of two"}

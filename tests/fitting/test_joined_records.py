@@ -6,17 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import pneumo
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.errors import InputError
-from pneumo.fitting.fit_problem import FULL, Problem, opened, replayed_pressures
+from pneumo.fitting.fit_problem import FULL, Problem, replayed_pressures
 from pneumo.fitting.fitted_parameters import STARTS_OF_ONE, start_name
 from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.settings import MOST_RECORDS
 from pneumo.fitting.stage_signals import stage_signals
-from pneumo.fitting.valve_signal import behind_valve
 from pneumo.physics.models import MODELS
 
 pytestmark = pytest.mark.xdist_group("fit doubts")
@@ -57,6 +55,8 @@ def test_the_first_part_of_each_comes_first_and_one_cut_parts_them_all():
         np.testing.assert_array_equal(together.u[begin:end], record.u[first:last])
     assert together.name == "1.csv, 2.csv, 3.csv" and "fitted together" in together.notes[-1]
     assert joined([a], 0.6, 10**6) == (a, 0.6)
+    some = [a._replace(T=290.0), a, a._replace(T=300.0)]
+    assert joined(some, 0.6, 10**6)[0].T == 295.0
     assert joined([a, c], 0.6, 800)[0].begins == (0, 401, 2402)  # of each half of what may be fitted
 
 
@@ -65,6 +65,7 @@ def test_the_first_part_of_each_comes_first_and_one_cut_parts_them_all():
     [
         ({"period": 2e-3}, r"b.csv: period 2 ms, of a.csv 1 ms: must be the same"),
         ({"P_s": np.zeros(201)}, "b.csv: column P_s: must be in all records or in none"),
+        ({"m": np.zeros((2, 201))}, "b.csv: column m_A: must be in all records or in none"),
         ({"closed": True}, "b.csv: is a record of closed chambers"),
     ],
 )
@@ -73,25 +74,6 @@ def test_records_that_cannot_be_fitted_together_are_refused(changes, words):
         joined([measured(1, 0.2, "a.csv"), measured(2, 0.2, "b.csv", **changes)], 0.6, 1000)
     with pytest.raises(InputError, match="9 records: must be at most 8"):
         joined([measured(1, 0.2)] * (MOST_RECORDS + 1), 0.6, 1000)
-
-
-def test_a_signal_that_one_record_alone_has_is_refused_in_either_order():
-    for name in ("m", "P_s"):
-        signal = np.zeros((2, 201) if name == "m" else 201)
-        column = {"m": "m_A"}.get(name, name)
-        pair = [measured(1, 0.2, "a.csv"), measured(2, 0.2, "b.csv", **{name: signal})]
-        for first, second in (pair, pair[::-1]):
-            with pytest.raises(InputError, match=f"{second.name}: column {column}: must be in all"):
-                joined([first, second], 0.6, 1000)
-
-
-def test_as_many_records_as_are_allowed_have_the_mean_of_the_temperatures_that_were_measured():
-    record = measured(1, 0.2)
-    assert np.isnan(joined([record] * MOST_RECORDS, 0.6, 1000)[0].T)
-    some = [record._replace(T=290.0), record, record._replace(T=300.0)]
-    assert joined(some, 0.6, 1000)[0].T == 295.0
-    with pytest.raises(InputError, match=r"a\.csv: is a record of closed chambers"):
-        joined([record._replace(name=name, closed=True) for name in ("a.csv", "b.csv")], 0.6, 1000)
 
 
 @pytest.mark.parametrize("model", [FULL, MODELS["M8"]])
@@ -122,51 +104,26 @@ def test_each_record_is_replayed_from_its_own_start_as_if_alone(model, plant):
     np.testing.assert_allclose(x, together.x[:split], atol=2e-4)  # 2e-5 m of noise, smoothed; no leap
 
 
-def test_a_valve_forgets_the_record_before(plant):
-    together, _ = joined([measured(1), measured(2, 0.5)], 0.5, 10**6)
-    signals = signals_of(together, plant)
-    u = opened(signals, VALVE).u
-    for first, last in signals.pieces:
-        steps = slice(first * signals.stride, last * signals.stride)
-        np.testing.assert_array_equal(u[steps], behind_valve(signals.u[steps], signals.h, VALVE))
-
-
-@pytest.fixture
-def files(tmp_path):
-    """Configuration and three records of the rig as files."""
+@pytest.mark.slow
+def test_the_command_finds_more_in_two_and_judges_on_a_third(inside, tmp_path):
     believed_plant(RIG, tmp_path)
     units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_Pa", "P_B": "P_B_Pa"}
     for i in range(3):
         c = columns_of(3 + i, 3.0)
         pd.DataFrame({key: c[name] for name, key in units.items()}).to_csv(tmp_path / f"{i}.csv", index=False)
-    return tmp_path
+    asked = ["--validate", "2.csv", "--config", "cylinder.yaml", "--model", "M1", "--json"]
 
-
-@pytest.mark.slow
-def test_two_records_determine_more_than_one(files):
-    table = [pd.read_csv(files / f"{i}.csv") for i in range(2)]
-    one, two = (pneumo.fit(records, files / "cylinder.yaml", models=[]) for records in (table[0], table))
-
-    def width(fit):
-        k_0 = fit.estimates.loc[("full", "k_0")]
+    def width(*words):
+        code, out, told = inside("fit", *words, *asked)
+        assert code == 0, told
+        found = json.loads(out)
+        k_0 = found["models"]["full"]["parameters"]["k_0"]
         assert k_0["low"] < RIG.k_0 < k_0["high"]
-        return np.log(k_0["high"] / k_0["low"])
+        return np.log(k_0["high"] / k_0["low"]), found["rms_validated"]["full"], told
 
-    assert width(two) < 0.9 * width(one)
-    assert two.errors.loc["full"].to_numpy() == pytest.approx([1e3] * 4, rel=0.15)  # the sensors' noise
-    assert two.result.data.sizes["t"] == sum(map(len, table)) + 1
-
-
-@pytest.mark.slow
-def test_the_command_fits_two_and_judges_on_a_third(files, inside):
-    asked = ["fit", "0.csv", "1.csv", "--validate", "2.csv", "--config", "cylinder.yaml", "--model", "M1"]
-    code, out, told = inside(*asked, "--json", "-o", "two")
-    assert code == 0, told
-    found = json.loads(out)
-    assert found["rms_validated"]["full"] == pytest.approx([1e3, 1e3], rel=0.2)
-    assert "0.csv, 1.csv: fitted together" in told
-    assert (
-        (files / "two/fitted.yaml")
-        .read_text()
-        .startswith("# Cylinder mine as fitted to 0.csv, 1.csv by full")
-    )
+    one, *_ = width("0.csv")
+    two, errors, told = width("0.csv", "1.csv", "-o", "two")
+    assert two < 0.9 * one and "0.csv, 1.csv: fitted together" in told
+    assert errors == pytest.approx([1e3, 1e3], rel=0.2)  # the sensors' noise
+    text = (tmp_path / "two/fitted.yaml").read_text(encoding="utf-8")
+    assert text.startswith("# Cylinder mine as fitted to 0.csv, 1.csv by full")

@@ -11,7 +11,7 @@ from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.record.units import ANR
-from pneumo.fitting.stage_signals import stage_signals, stage_times
+from pneumo.fitting.stage_signals import stage_signals
 from pneumo.physics.cylinder import chamber_of, volume
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
@@ -50,17 +50,6 @@ def test_a_constant_flow_raises_pressure_on_a_line_and_an_empty_chamber_is_nan(p
     np.testing.assert_allclose(found, 4e5 + rate[:, None] * H * np.arange(steps + 1), rtol=1e-11)
     found = pressures(plant, "M3", 1.4, np.full((50, 3, 2), -1.0), np.zeros((50, 3, 2)))
     assert np.isnan(found[:, -1]).all()
-
-
-def test_a_closed_chamber_keeps_P_V_to_the_n(plant):
-    steps, n, c = 1000, 1.3, plant.cylinder
-    at = stage_times(steps, H)
-    motion = np.stack([0.03 * np.sin(8 * at), 0.24 * np.cos(8 * at)], axis=-1)
-    found = pressures(plant, "M5", n, np.zeros((steps, 3, 2)), motion)
-    x = 0.03 * np.sin(8 * H * np.arange(steps + 1))
-    V = np.array([volume(s * x, chamber_of(c, side), c) for side, s in enumerate((1, -1))])
-    # The step is 8e-3 of a radian's time: a third-order method is off by some (8e-3)^3 = 5e-7 at most.
-    np.testing.assert_allclose(found * V**n, np.broadcast_to(4e5 * V[:, :1] ** n, V.shape), rtol=5e-7)
 
 
 @pytest.mark.parametrize("model", ["M6", "M9"])

@@ -6,7 +6,6 @@ import pytest
 from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.fitting.stage_signals import (
     SMOOTHING,
-    longest_step,
     smoothing,
     stage_signals,
 )
@@ -66,12 +65,3 @@ def test_smoothing_is_that_with_the_lowest_generalised_cross_validation():
     _, weight, variance = min(scores)
     assert SMOOTHING[5] < weight < SMOOTHING[-5]
     assert smoothing(x, PERIOD) == pytest.approx((weight * PERIOD**3, variance**0.5), rel=1e-6)
-
-
-def test_a_step_is_between_20_us_and_1_ms_and_no_command_is_beyond_its_limit(plant):
-    u, x = np.full(50, plant.valve.u_max), np.full(50, plant.cylinder.x_min)
-    wide = plant._replace(valve=plant.valve._replace(k_xu=1.0))
-    assert longest_step(wide, u, x) == 2e-5 and longest_step(wide, 0 * u, x) == 1e-3
-    assert longest_step(wide, u, x - 1.0) == 2e-5  # beyond the end of the cylinder
-    between = plant._replace(valve=plant.valve._replace(k_xu=2e-6))
-    assert 2e-5 < longest_step(between, u, x) == longest_step(between, 10 * u, x) < 1e-3

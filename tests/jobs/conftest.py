@@ -1,13 +1,11 @@
 import pytest
 
-from pneumo.jobs.run_lock import RUN, RUN_LOCK
+from pneumo.jobs.run_lock import STATE
 
 
 @pytest.fixture
 def run_folder(tmp_path, monkeypatch):
-    """The current folder: runs have been in it, and none of them started this process."""
+    """The current folder, as Snakemake begins there."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv(RUN, raising=False)
-    RUN_LOCK.parent.mkdir()
-    RUN_LOCK.touch()
+    STATE.mkdir()
     return tmp_path

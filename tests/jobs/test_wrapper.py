@@ -1,4 +1,4 @@
-"""Frame of a job: arguments, log, exit code, removal of damaged inputs."""
+"""Frame of a job: arguments, log, exit code."""
 
 import errno
 import inspect
@@ -15,7 +15,6 @@ from snakemake.iocontainers import InputFiles, OutputFiles, Params, Wildcards
 from workflow_scripts import SCRIPTS, script
 
 from pneumo.errors import ResultError, RunError
-from pneumo.jobs.run_lock import RUN, RUN_LOCK
 from pneumo.jobs.wrapper import run_job
 from pneumo.selection.cylinder_template import write_table_template
 
@@ -121,13 +120,3 @@ def test_an_interrupt_ends_a_job_at_once_without_a_word(run_folder):
         busy.send_signal(signal.SIGINT)
         _, error = busy.communicate(timeout=30)  # not the sixty seconds of the thread
     assert (busy.returncode, error) == (-signal.SIGINT, "")
-
-
-def test_a_job_of_a_killed_run_ends_when_another_has_begun(job, monkeypatch):
-    RUN_LOCK.write_text("another")
-    monkeypatch.setenv(RUN, "killed")
-    with pytest.raises(SystemExit, match="was killed, and another has begun"):
-        run_job(failing(AssertionError), {"snakemake": job})
-    monkeypatch.setenv(RUN, "another")
-    run_job(lambda: None, {"snakemake": job})
-    assert "rule: " in log_of(job)

@@ -1,22 +1,25 @@
-"""Statements about models on errors chosen by hand: what is found, and how far it is from turning over."""
+"""Statements about models on errors chosen by hand, and computations whose answer is known otherwise."""
 
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 from paper_study import STUDY
 
 from paper.study.paper_2006 import model_statements as s
-from paper.study.paper_2006.paper_models import PAPER_MODELS
+from paper.study.paper_2006.equation_checks import largest_flow
+from paper.study.paper_2006.paper_models import PAPER_MODELS, table_1_row
 from paper.study.paper_2006.printed_tables import read_table
 from paper.study.paper_2006.results import StudyResults
+from paper.study.paper_2006.run_statements import turning_points
+from paper.study.paper_2006.summary import scores
 from paper.study.paper_2006.table_cells import best_index, ten_settling_times
+from pneumo.physics.valve import choked_flow
 
 MODELS = list(PAPER_MODELS)
 MSE = dict(zip(MODELS, [500.0, 60.0, 120.0, 2800.0, 24.0, 21.0, 13.0, 11.6, 11.2, 11.3], strict=True))
-
-
 FOUR = ["M7", "M8", "M9", "M10"]
 
 
@@ -26,25 +29,21 @@ def results(**changes) -> StudyResults:
     mse = [list((MSE | changes).values())] * 2
     coords = {"level": ["overall", "typical"], "model": MODELS}
     study_results.statistics = xr.DataArray(mse, coords).to_dataset(name="mse")
+    study_results.study = STUDY
     return study_results
 
 
-def test_wall_heat_and_mixing_by_what_they_save():
-    """Wall heat: from M6 to the worst of M7 to M10, 8; mixing: from M5 to M6, 3."""
-    finding = s.walls_before_mixing(results(), "overall")
-    assert finding.holds and finding.margin == pytest.approx(math.log10(2 * 21 / (24 + 13)))
-    close = s.walls_before_mixing(results(M10=18.5), "overall")  # the worst counts, not the best
-    assert not close.holds and close.margin < 0
-    assert s.walls_before_mixing(results(M7=18.0, M5=24.0), "overall").margin == pytest.approx(0.0)
-
-
-def test_gaps_are_from_the_best_above_to_the_worst_below():
-    finding = s.gap(results(), ["M1", "M2", "M3"], ["M5", "M6"], "overall")
-    assert finding.value == pytest.approx(math.log10(60 / 24))
-    finding = s.smallest_gap(results(), [["M1", "M2", "M3"], ["M5", "M6"], FOUR], "overall")
-    assert finding.value == pytest.approx(math.log10(21 / 13))
-    assert s.spread(results(), ["M7", "M8", "M9"], "overall").value == pytest.approx(math.log10(13 / 11.2))
-    assert s.gain(results(), ["M9", "M10"], "M8", "overall").value == pytest.approx(math.log10(11.6 / 11.2))
+@pytest.mark.parametrize(
+    ("finding", "value"),
+    [  # from the best above to the worst below
+        (s.gap(results(), ["M1", "M2", "M3"], ["M5", "M6"], "overall"), 60 / 24),
+        (s.smallest_gap(results(), [["M1", "M2", "M3"], ["M5", "M6"], FOUR], "overall"), 21 / 13),
+        (s.spread(results(), ["M7", "M8", "M9"], "overall"), 13 / 11.2),
+        (s.gain(results(), ["M9", "M10"], "M8", "overall"), 11.6 / 11.2),
+    ],
+)
+def test_distances_between_models(finding, value):
+    assert finding.value == pytest.approx(math.log10(value))
 
 
 @pytest.mark.parametrize(
@@ -57,36 +56,32 @@ def test_gaps_are_from_the_best_above_to_the_worst_below():
         (s.in_order(results(), ["M7", "M5", "M2"], ["overall", "typical"]), True, math.log10(24 / 13)),
         (s.in_order(results(), ["M5", "M6"], ["typical"]), False, math.log10(21 / 24)),
         (s.same_order(results(), ["typical"], 0.5), True, math.log10(500 / 120)),
+        # Wall heat saves from M6 to the worst of M7 to M10, mixing from M5 to M6.
+        (s.walls_before_mixing(results(), "overall"), True, math.log10(2 * 21 / (24 + 13))),
+        (s.walls_before_mixing(results(M10=18.5), "overall"), False, math.log10(2 * 21 / (24 + 18.5))),
+        # M9 is the best; within 0.1 decades are M7 and M8 with fewer processes, M7 with the fewest.
+        (s.simplest_of_the_best(results(), "M7", "overall", 0.1), True, 0.1 - math.log10(13 / 11.2)),
+        (s.simplest_of_the_best(results(M7=15.0), "M7", "overall", 0.1), False, 0.1 - math.log10(15 / 11.2)),
+        (s.simplest_of_the_best(results(), "M8", "overall", 0.1), False, math.log10(13 / 11.2) - 0.1),
     ],
 )
-def test_orders_and_how_far_they_are_from_turning_over(finding, holds, margin):
+def test_statements_and_how_far_they_are_from_turning_over(finding, holds, margin):
     assert finding.holds is holds
     assert finding.margin == pytest.approx(margin)
 
 
-def test_the_simplest_of_the_best():
-    """M9 is the best; within 0.1 decades are M7 and M8 with fewer processes, M7 with the fewest."""
-    finding = s.simplest_of_the_best(results(), "M7", "overall", 0.1)
-    assert finding.holds and finding.margin == pytest.approx(0.1 - math.log10(13 / 11.2))
-    refuted = s.simplest_of_the_best(results(M7=15.0), "M7", "overall", 0.1)
-    assert not refuted.holds and refuted.margin == pytest.approx(0.1 - math.log10(15 / 11.2))
-    assert not s.simplest_of_the_best(results(), "M8", "overall", 0.1).holds
-
-
-@pytest.mark.parametrize(("share", "holds"), [(0.99, True), (1.0, True), (1.01, False), (5.0, False)])
-def test_runs_last_ten_settling_times(share, holds):
-    """The longest of four settling times is a tenth of Table 6's duration, times a share."""
+@pytest.mark.parametrize(("factor", "holds"), [(0.99, True), (1.0, True), (1.01, False), (5.0, False)])
+def test_runs_last_ten_settling_times(factor, holds):
     (duration,) = (cell["printed"] for cell in read_table(6) if cell["row"] == "E05")
-    times = [1.0, 0.5, 0.2, share * float(duration) / 10]
-    study_results = StudyResults(Path(), "published")
+    study_results = results()
     coords = {"experiment": ["E05"], "quantity": ["P_A", "P_B", "T_A", "T_B"]}
-    study_results.settling_times = xr.DataArray([times], coords)
+    times = [[1.0, 0.5, 0.2, factor * float(duration) / 10]]
+    study_results.settling_times = xr.DataArray(times, coords)
     assert ten_settling_times(study_results, "E05").holds is holds
 
 
 def test_a_best_n_has_the_cost_of_the_printed_one():
-    study_results = StudyResults(Path(), "published")
-    study_results.study = STUDY
+    study_results = results()
     coords = {"experiment": ["E07"], "model": ["M8"], "n": [1.3, 1.35, 1.4]}
     study_results.cells = xr.Dataset({"mse": xr.DataArray([[[12.0, 10.0, 11.0]]], coords)})
     best = xr.DataArray([[1.35]], {"experiment": ["E07"], "model": ["M8"]})
@@ -95,3 +90,36 @@ def test_a_best_n_has_the_cost_of_the_printed_one():
     assert index.value == 1.35
     assert index.margin == pytest.approx(math.log(1.1)) and index.varies == pytest.approx(math.log(10.0))
     assert best_index(study_results, "E07", "M8", "1.35").margin == 0
+
+
+def test_table_1_follows_from_the_models_and_the_largest_flow_is_in_standard_litres():
+    rows = {name: table_1_row(model) for name, model in PAPER_MODELS.items()}
+    derived = [(name, column, cell) for name, row in rows.items() for column, cell in row.items()]
+    assert derived == [(cell["row"], cell["column"], cell["printed"]) for cell in read_table(1)]
+    plant = STUDY.experiments["E01"].plant
+    kg_per_s = choked_flow(plant.valve.k_xu * plant.valve.u_max, 7e5, 293.0, plant.gas)
+    litre = 101325 * 1e-3 / (287.0 * 293.15)  # kg
+    assert largest_flow(results(), "D").value == pytest.approx(kg_per_s / litre * 60, rel=1e-12)
+
+
+def test_scores_of_known_items():
+    cell = {"table": 7, "column": "mse", "status": "exact", "reproduced": 1.0, "relative": 0.25}
+    missed, none = {"relative": -0.2, "status": "missed"}, {"reproduced": "none", "status": "contradicted"}
+    items = [cell, cell | missed, cell | none, cell | {"table": 5, "column": "P_A", "status": "close"}]
+    agreement = scores(items)
+    ratios = {"lowest_ratio": pytest.approx(0.8), "highest_ratio": pytest.approx(1.25)}
+    rms = pytest.approx(math.log(1.25), abs=1e-6)
+    assert agreement["table_7_mse"] == {"cells": 2, "rms_of_ln_ratio": rms} | ratios
+    assert agreement["table_5"] == {"cells": 1, "exact": 0, "exact_or_close": 1}
+
+
+def test_extrema_are_counted_in_turn_and_ripples_are_not():
+    t = np.arange(0.0, 3.0, 0.001)
+    series = np.exp(-t) * np.cos(2 * np.pi * t) + 1e-3 * np.sin(2 * np.pi * 50 * t)
+    turns = turning_points(series, 0.05)
+    np.testing.assert_allclose(t[turns], [0.475, 0.975, 1.475, 1.975, 2.475], atol=0.01)
+    assert turning_points(-series, 0.05) == turns  # minima and maxima alike, the start is neither
+    assert len(turning_points(series, 1e-4)) > 50
+    assert turning_points(t, 0.05) == turning_points(-t, 0.05) == []
+    assert turning_points(np.array([0.0, 1.0, 0.5, 2.0]), 0.6) == []
+    assert turning_points(np.array([0.0, 1.0, 0.5, 2.0]), 0.4) == [1, 2]

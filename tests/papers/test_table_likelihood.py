@@ -1,26 +1,67 @@
-"""Chi-squares of the tables' numbers, and the arguments of the doubts on known cells."""
+"""The tables' numbers as one vector, printed and from cells; their chi-squares; arguments for misprints."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
+from paper_study import STUDY
 
-from paper.study.paper_2006.doubt_arguments import columns_of_table_8
-from paper.study.paper_2006.numbers_of_tables import TABLES, printed_numbers
-from paper.study.paper_2006.printed_tables import table7, table8
+from paper.study.kept_evidence import KEPT
+from paper.study.paper_2006.numbers_of_tables import TABLES, numbers_of_tables, printed_numbers
+from paper.study.paper_2006.paper_models import PAPER_MODELS
+from paper.study.paper_2006.printed_tables import PAPER_FOLDER, table7, table8
+from paper.study.paper_2006.suspected_misprints import columns_of_table_8
 from paper.study.paper_2006.table_likelihood import TableLikelihood
+from pneumo.statistics.averages import OVERALL, at_n, concatenated, statistics
+from pneumo.storage.files import read
+from pneumo.verdict.claims import read_claims
 
 PRINTED = printed_numbers()
+LEVELS = STUDY.experiments_by_level
 SEEDS = PRINTED["printed"].to_numpy() + np.random.default_rng(3).normal(0.0, 0.2, (40, len(PRINTED)))
 LIKELIHOOD = TableLikelihood(SEEDS)
 
 
+def test_each_number_is_that_of_a_claim():
+    claims = read_claims(PAPER_FOLDER).items
+    sizes = PRINTED.groupby("table", sort=False).size()
+    assert sizes.to_dict() == dict(zip(TABLES, (30, 90, 96, 36, 36), strict=True))
+    for name, row in PRINTED.iterrows():
+        value = np.log(claims[name].value) if name.endswith((".mse", ".sigma")) else claims[name].value
+        assert row["printed"] == pytest.approx(value, rel=1e-12, abs=1e-12), name
+    variances = {"T7.M1.mu": 100**2 / 12, "T8.E01.M5": 0.05**2 / 12, "F9.M1.p10": 0.016**2}
+    assert PRINTED["variance"][list(variances)].to_dict() == pytest.approx(variances)
+    assert PRINTED.index.is_unique and (PRINTED["variance"] > 0).all()
+
+
+def test_numbers_from_cells_are_those_of_the_statistics():
+    seeds = read(KEPT / "seed_sets.nc").sel(transport="published", model=list(PAPER_MODELS)).astype(float)
+    cells = seeds.isel(seeds=1, drop=True).transpose("experiment", "model", "n", "chamber")
+    both = [cells[name].squeeze("chamber").values for name in ("mean_error", "mse")]
+    vector = numbers_of_tables(*both, STUDY.n, cells["experiment"].values.tolist(), LEVELS)
+    tables, joined = statistics(cells, LEVELS), concatenated(cells)
+    for (name, row), value in zip(PRINTED.iterrows(), vector, strict=True):
+        *place, model, column = name.split(".")
+        level = place[1] if len(place) > 1 else OVERALL
+        if row["table"] == "T8":
+            expected = tables["best_n"].sel(experiment=model, model=column)
+        elif column in ("p10", "p90"):
+            n = tables["best_n"] if level == OVERALL else tables["constant_n"].sel(level=level, drop=True)
+            names = cells["experiment"].values if level == OVERALL else LEVELS[level]
+            mse = at_n(joined, n)["mse"].sel(experiment=names, model=model)
+            expected = np.log10(np.percentile(mse, float(column[1:])))
+        else:
+            variable = {"mu": "mean_error", "sigma": "std", "mse": "mse"}[column]
+            average = tables[variable].sel(level=level, model=model).item()
+            expected = average if column == "mu" else np.log(average)
+        assert value == pytest.approx(expected, rel=1e-9), name
+
+
 def test_chi_square_of_one_deviation():
-    names = PRINTED.index.tolist()
     meant = PRINTED["meant"].fillna(PRINTED["printed"]).to_numpy()
     assert LIKELIHOOD.chi_square(meant, TABLES) == 0
-    i = names.index("T7.M8.mse")
+    i = PRINTED.index.get_loc("T7.M8.mse")
     variance = SEEDS[1:, i].var(ddof=1) + PRINTED["variance"].iloc[i]
     off = meant.copy()
     off[i] += 2 * np.sqrt(variance)
@@ -31,15 +72,9 @@ def test_chi_square_of_one_deviation():
     assert LIKELIHOOD.chi_square(off, ("T9",)) == 0
     # Independent seeds have hardly any correlation left: that of the number alone.
     assert LIKELIHOOD.chi_square(off, ("T7",)) == pytest.approx(4.0, rel=0.2)
-
-
-def test_exchanged_columns_count_as_printed_only():
-    exchanged = PRINTED["printed"].to_numpy()
-    assert (
-        LIKELIHOOD.chi_square(exchanged, ("T8",), "printed") == 0 < LIKELIHOOD.chi_square(exchanged, ("T8",))
-    )
-    assert LIKELIHOOD.degrees_of_freedom(("T9",)) == 87
-    assert LIKELIHOOD.degrees_of_freedom(("T9",), "printed") == 90
+    printed = PRINTED["printed"].to_numpy()
+    assert LIKELIHOOD.chi_square(printed, ("T8",), "printed") == 0 < LIKELIHOOD.chi_square(printed, ("T8",))
+    assert LIKELIHOOD.degrees_of_freedom(("T9",)) == LIKELIHOOD.degrees_of_freedom(("T9",), "printed") - 3
 
 
 @pytest.mark.parametrize("exchanged", [True, False])
@@ -52,11 +87,10 @@ def test_argument_for_exchanged_columns(exchanged):
             copy.loc[{"model": model}] = printed.sel(model=other).values
     of_table_7 = table7()["mean_error"].reset_coords(drop=True).sel(model=printed["model"])
     n = xr.DataArray(np.linspace(1, 1.4, 9).round(2), dims="n", name="n")
-    n = n.assign_coords(n=n)
-    mean_error = of_table_7 + 5000.0 * (n - copy)  # Table 7's at the study's own n
+    mean_error = of_table_7 + 5000.0 * (n.assign_coords(n=n) - copy)  # Table 7's at the study's own n
     results = SimpleNamespace(
         statistics=xr.Dataset({"best_n": copy}), cells=xr.Dataset({"mean_error": mean_error})
     )
-    finding = columns_of_table_8(results)
-    assert finding.holds == exchanged
-    assert f"{32 if exchanged else 26} exchanged" in finding.shown
+    holds, shown = columns_of_table_8(results)
+    assert holds == exchanged
+    assert f"{32 if exchanged else 26} exchanged" in shown

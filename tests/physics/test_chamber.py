@@ -10,11 +10,8 @@ from hypothesis import strategies as st
 from model_rates import arguments
 
 from pneumo import testing as some
-from pneumo.configuration.experiment import Drive
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import Cylinder, acceleration, chamber_of, heat_area, motion, stopped, volume
-from pneumo.simulation.full_order import equilibrium
-from pneumo.simulation.reference import chamber_rates, full_order_rates
 
 EPS = np.finfo(float).eps
 D = Cylinder(
@@ -82,27 +79,6 @@ def test_geometry_of_the_printed_cylinders():
     assert heat_area(-D.stroke / 2, D) == pytest.approx(2 * D.A_A, rel=4 * EPS)  # only the end faces are left
 
 
-@given(some.cylinders(), some.positions(1.0), some.positions(1.0))
-def test_volume_and_heat_area_grow_together(cylinder, one, other):
-    x_1, x_2 = sorted(fraction * cylinder.stroke / 2 for fraction in (one, other))
-    dx = x_2 - x_1
-    V_1, V_2 = (volume(x, chamber_of(cylinder, 0), cylinder) for x in (x_1, x_2))
-    dV = V_2 - V_1
-    dA = heat_area(x_2, cylinder) - heat_area(x_1, cylinder)
-    # Differences of sums: each end is rounded three times.
-    assert dV == pytest.approx(cylinder.A_A * dx, abs=4 * EPS * V_2)
-    assert dA == pytest.approx(math.pi * cylinder.bore * dx, abs=4 * EPS * heat_area(x_2, cylinder))
-
-
-@given(some.cylinders(), some.pressures(), some.velocities(), st.floats(-1e4, 1e4))
-def test_newtons_law(cylinder, P, v, force):
-    # Equal pressures balance exactly as the areas are equal; friction opposes motion, force adds to it.
-    assert acceleration(0.0, P, P, 0.0, cylinder) == 0
-    assert acceleration(v, P, P, 0.0, cylinder) * v <= 0
-    assert acceleration(0.0, P, P, force, cylinder) == force / cylinder.M
-    assert acceleration(0.0, 1.1 * P, P, 0.0, cylinder) > 0
-
-
 @given(some.cylinders(), some.positions(3.0), some.velocities(), st.floats(-100, 100))
 def test_end_stops(cylinder, fraction, v, a):
     x_0, v_0 = stopped(fraction * cylinder.stroke / 2, v, v, cylinder)
@@ -139,21 +115,6 @@ def test_wall_heat_opposes_the_temperature_difference(a):
     for rate in full_order(closed):  # a closed chamber at rest warms up or cools down towards its walls
         assert rate * (a["T_amb"] - a["T"]) >= 0
         assert (rate == 0) == (heat_of(closed) == 0)
-
-
-@given(some.plants(), some.positions())
-def test_equilibrium_is_a_fixed_point(plant, fraction):
-    c = plant.conditions
-    x = fraction * plant.cylinder.stroke / 2  # with the valve shut and at rest, anywhere on the stroke
-    assert chamber_rates(0.0, x, 0.0, c.P_0, c.T_0, chamber_of(plant.cylinder, 0), plant) == (0, 0)
-    assert (full_order_rates(equilibrium(plant), 0.0, Drive(True, 1000.0, 0.0), plant) == 0).all()
-
-
-@given(some.plants(), some.pressures(), some.temperatures(), some.positions())
-def test_only_air_at_wall_temperature_is_at_rest(plant, P, T, fraction):
-    x = fraction * plant.cylinder.stroke / 2
-    dP, dT = chamber_rates(0.0, x, 0.0, P, T, chamber_of(plant.cylinder, 0), plant)
-    assert (dP == dT == 0) == (plant.k_0 == 0 or plant.conditions.T_amb == T)
 
 
 @given(arguments_with_temperature())

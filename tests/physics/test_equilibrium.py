@@ -18,19 +18,7 @@ def surplus(P, P_s, P_atm, gas, area_ratio):
     return mass_flow(area_ratio, P_s, P, 1.0, gas) - mass_flow(1.0, P, P_atm, 1.0, gas)
 
 
-@given(some.gases(), some.conditions(), some.area_ratios())
-def test_leaks_balance_for_any_supply_and_any_leak_area(gas, conditions, area_ratio):
-    P_s, P_atm = conditions.P_s, conditions.P_atm
-    P_0 = equilibrium_pressure(P_s, P_atm, gas, area_ratio)
-    assert P_atm <= P_0 <= P_s
-    # The solver stops at 1e-9 P_atm; the surplus changes sign within twice that. Residuals themselves say
-    # little: near equal pressures the flow law is infinitely steep.
-    margin = 2e-9 * P_atm
-    assert surplus(P_0 - margin, P_s, P_atm, gas, area_ratio) >= 0
-    assert surplus(P_0 + margin, P_s, P_atm, gas, area_ratio) <= 0
-
-
-@given(some.gases(), some.conditions(), some.area_ratios(), st.booleans())
+@given(some.gases(), some.conditions(), st.floats(0.05, 20.0), st.booleans())
 def test_root_is_that_of_scipy(gas, conditions, area_ratio, elliptic):
     # The same steps in the same order; 1e-12, many roundings, where its compiler fuses products and sums.
     P_s, P_atm, gas = conditions.P_s, conditions.P_atm, gas._replace(elliptic=elliptic)

@@ -5,11 +5,10 @@ import math
 import numpy as np
 import paper_equations as paper
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pneumo import testing as some
-from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import (
     Conditions,
     Gas,
@@ -23,10 +22,11 @@ from pneumo.physics.valve import (
     mass_flow,
     sonic_coefficient,
 )
-from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics, beyond_dead_band, opening_rate
+from pneumo.physics.valve_dynamics import beyond_dead_band
 
 EPS = np.finfo(float).eps
 AIR = exact_gas(287.0, 1.4)
+RATIOS, AREAS = st.just(0.0) | st.floats(1e-6, 1.0), st.just(0.0) | st.floats(1e-10, 1e-4)
 PRINTED = Gas(287.0, 1.4, 0.0404, 0.5283)
 
 
@@ -46,17 +46,7 @@ def test_constants_of_air_are_the_printed_ones():
     assert f"{sonic_coefficient(287.0, 1.4):.4f}" == "0.0404"
 
 
-@given(some.pressures(), st.floats(0.01, 1.0), some.temperatures(), some.throat_areas())
-def test_flow_is_that_of_the_literal_equation(P_u, ratio, T_u, A_t):
-    # The same constants and two orders of writing: a few roundings of at most half an ulp each, and the
-    # square root of a difference of powers, good to 2 ulp of 1.
-    ours = mass_flow(A_t, P_u, ratio * P_u, T_u, PRINTED)
-    literal = paper.mass_flow(A_t, P_u, ratio * P_u, T_u, 1.4, 287.0)
-    scale = subsonic_scale(A_t, P_u, T_u, PRINTED)
-    assert ours**2 == pytest.approx(literal**2, rel=16 * EPS, abs=4 * EPS * scale**2)
-
-
-@given(some.gases(), some.pressures(), some.pressure_ratios(), some.pressure_ratios(), some.temperatures())
+@given(some.gases(), some.pressures(), RATIOS, RATIOS, some.temperatures())
 def test_flow_does_not_rise_with_downstream_pressure(gas, P_u, one, other, T_u):
     low, high = sorted((one * P_u, other * P_u))
     scale = subsonic_scale(1e-6, P_u, T_u, gas)
@@ -88,7 +78,7 @@ def test_printed_constants_drop_at_the_critical_ratio_and_nowhere_else():
     assert (np.diff(exact) >= -4 * EPS * exact[1:]).all()  # flat to rounding where it is sonic or nearly so
 
 
-@given(some.gases(), some.pressures(), some.temperatures(), st.floats(0, 1), some.throat_areas())
+@given(some.gases(), some.pressures(), some.temperatures(), st.floats(0, 1), AREAS)
 def test_choked_flow_does_not_depend_on_the_downstream_pressure(gas, P_u, T_u, fraction, A_t):
     # 0.999999: the division P_d / P_u may round up by an ulp
     flow = mass_flow(A_t, P_u, 0.999999 * fraction * gas.critical_ratio * P_u, T_u, gas)
@@ -104,7 +94,7 @@ def test_flow_is_real_and_forward_however_near_the_pressures(gas, P, T, ulps):
     assert flow >= 0
 
 
-@given(some.gases(), some.pressures(), some.pressure_ratios(), some.temperatures(), some.throat_areas())
+@given(some.gases(), some.pressures(), RATIOS, some.temperatures(), AREAS)
 def test_flow_is_proportional_to_area_and_falls_with_the_root_of_temperature(gas, P_u, ratio, T_u, A_t):
     flow = mass_flow(A_t, P_u, ratio * P_u, T_u, gas)
     assert mass_flow(2 * A_t, P_u, ratio * P_u, T_u, gas) == 2 * flow  # powers of two are exact
@@ -125,13 +115,6 @@ def test_flow_is_antisymmetric_at_equal_temperatures(plant, u, P_1, P_2, T):
     forward = net_flow(u, P_2, T, plant.valve, plant.gas, conditions)
     assert forward == -net_flow(u, P_1, T, plant.valve, plant.gas, back)  # the same arithmetic: exact
     assert math.copysign(1, forward) == math.copysign(1, P_1 - P_2) or forward == 0
-
-
-@given(some.plants(), some.voltages(), some.temperatures())
-def test_no_flow_where_chamber_and_port_are_equal_or_the_valve_is_shut(plant, u, T):
-    P = plant.conditions.P_s if u >= 0 else plant.conditions.P_atm
-    assert chamber_flows(u, P, T, plant.valve, plant.gas, plant.conditions) == (0, 0)
-    assert chamber_flows(0.0, 0.9 * P, T, plant.valve, plant.gas, plant.conditions) == (0, 0)
 
 
 @given(some.plants(), some.voltages(), some.pressures(), some.temperatures())
@@ -184,15 +167,6 @@ def test_leak_is_a_restriction_to_either_port_beside_the_valve(plant, u, P, T, l
     assert [m_in, m_out] == pytest.approx(expected, rel=8 * EPS)
 
 
-@settings(max_examples=30)
-@given(some.temperatures())
-def test_leaking_chamber_of_a_shut_valve_rests_at_the_pressure_of_the_half_bridge(T):
-    P_0 = equilibrium_pressure(7e5, 1e5, AIR)
-    c = Conditions(7e5, 1e5, T, T, P_0, T)
-    m_in, m_out = chamber_flows(0.0, P_0, T, Valve(1e-7, 10.0, leak=1e-9), AIR, c)
-    assert m_in == pytest.approx(m_out, rel=1e-8)  # the root of P_0 is found to 1e-9 P_atm
-
-
 @given(some.plants(), some.voltages(), some.pressures(), some.temperatures(), st.floats(1e-12, 1e-6))
 def test_net_leak_passes_the_difference_of_both_flows(plant, u, P, T, leak):
     valve = plant.valve._replace(leak=leak)
@@ -205,17 +179,6 @@ def test_net_leak_passes_the_difference_of_both_flows(plant, u, P, T, leak):
 def test_flow_follows_its_law_but_where_pressures_are_nearly_equal(laminar):
     factors = [laminar_factor(5e5, 5e5 * (1 - part * laminar), laminar) for part in (0.0, 0.25, 1.5, 4.0)]
     assert factors == pytest.approx([0.0, 0.5, 1.0, 1.0], abs=1e-12)
-
-
-def test_by_default_the_opening_is_the_command_at_once():
-    assert PROPORTIONAL == (0.0, 0.0, 0.0, 0.0) and PROPORTIONAL.proportional
-    assert ValveDynamics(dead_time=0.01).proportional
-    for each in ("lag", "null", "dead_band"):
-        assert not ValveDynamics(**{each: 0.1}).proportional
-
-
-def test_a_lag_closes_the_difference_in_its_time_constant():
-    assert opening_rate(3.0, 1.0, 0.5) == 4.0
 
 
 @pytest.mark.parametrize(

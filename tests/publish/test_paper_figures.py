@@ -1,4 +1,4 @@
-"""Figures 7 to 11, time traces and error over n: from small datasets, unclipped, the same bytes twice."""
+"""Figures 7 to 11 and time traces: from small datasets, unclipped, the same bytes twice."""
 
 import io
 import itertools
@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from paper.study.figures import paper_figures as figures
-from paper.study.figures.traces_figure import mse_over_n, time_traces
+from paper.study.figures.traces_figure import time_traces
 from paper.study.paper_2006.printed_tables import table7, table9, traces_of_fig_7, with_percentiles
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.panels import symbol
-from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, TYPE_SIZE, drawn_for, paper_style
+from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, paper_style
 from pneumo.statistics.averages import statistics
 
 EXPERIMENTS = ["E06", "E12"]
@@ -79,7 +79,6 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "fig10": lambda: figures.fig10(STATISTICS, with_percentiles(table7(), 10)),
     "fig11": lambda: figures.fig11(STATISTICS, with_percentiles(table9(), 11)),
     "traces": draw_traces,
-    "mse_over_n": lambda: mse_over_n(GRIDS, LEVELS),
 }
 
 
@@ -87,16 +86,14 @@ def texts(fig: Figure) -> list[str]:
     return [text.get_text() for text in fig.findobj(Text) if text.get_visible()]
 
 
-@pytest.mark.parametrize("style", TYPE_SIZE)
 @pytest.mark.parametrize("name", in_brief(DRAW, ["fig08"]))
-def test_figure_is_unclipped_and_the_same_on_two_renders(name, style, tmp_path):
-    with drawn_for(style):
-        fig, again = DRAW[name](), io.BytesIO()
-        svg = saved_whole(fig, tmp_path / name)
-        with paper_style():
-            DRAW[name]().savefig(again, format="svg", metadata={"Date": None, "Creator": None})
+def test_figure_is_unclipped_and_the_same_on_two_renders(name, tmp_path):
+    fig, again = DRAW[name](), io.BytesIO()
+    svg = saved_whole(fig, tmp_path / name)
+    with paper_style():
+        DRAW[name]().savefig(again, format="svg", metadata={"Date": None, "Creator": None})
     assert svg.read_bytes() == again.getvalue()
-    width_mm = fig.get_size_inches()[0] * MM_PER_INCH * TYPE_SIZE[style]
+    width_mm = fig.get_size_inches()[0] * MM_PER_INCH
     assert np.isclose(width_mm, [SINGLE_MM, DOUBLE_MM]).any()
     with paper_style():
         boxes = [ax.get_tightbbox() for ax in fig.axes] + [item.get_window_extent() for item in fig.legends]

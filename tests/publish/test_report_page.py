@@ -14,8 +14,8 @@ from paper_study import STUDY as PAPER
 from paper.study.pages import STATUS_LOOKS
 from paper.study.pages.packing import FRACTION
 from paper.study.pages.report_page import experiment_text, report_page
+from paper.study.trace_layout import interval_edges, shown_steps
 from pneumo.physics.models import MODELS
-from pneumo.storage.trace_layout import interval_edges, shown_steps
 
 pytestmark = pytest.mark.xdist_group("report page")  # the page takes seconds to make
 

@@ -90,7 +90,7 @@ def test_other_simulators_stand_beside_with_their_scores(judged, page, tmp_path)
 def test_pneumo_s_row_beside_other_simulators_is_of_todays_study(results):
     """Else the page would compare other simulators with a study that is no more."""
     row, *_ = json.loads((PAPER_FOLDER / SIMULATORS).read_text(encoding="utf-8"))
-    scores = json.loads(read_json(results / "verdict.json"))["highlights"]["scores"]
+    scores = read_json(results / "verdict.json")["highlights"]["scores"]
     for table in (7, 9):
         assert row[f"table_{table}"] == scores[f"table_{table}_mse"]["rms_of_ln_ratio"]
     assert row["table_8"]["exact"] == scores["table_8"]["exact"]

@@ -11,7 +11,7 @@ from pneumo.selection import cylinder_ranking
 from pneumo.selection.cylinder_ranking import one_run, run_study, seeds_of
 from pneumo.simulation.full_order import DIVERGED
 from pneumo.simulation.replay import NO_RUN
-from pneumo.storage.files import write_json
+from pneumo.storage.files import write_text
 
 pytestmark = pytest.mark.xdist_group("repeated runs")  # its fixtures take seconds
 
@@ -30,7 +30,7 @@ def runs():
 
 def test_first_run_is_the_workflows_bit_for_bit_whatever_the_threads(runs, tmp_path):
     cut = STUDY._replace(experiments={"E02": lasting("E02", 2.0)})
-    write_json(to_json(cut), tmp_path / "parameters.json")
+    write_text(to_json(cut), tmp_path / "parameters.json")
     parameters, datum = tmp_path / "parameters.json", tmp_path / "datum" / "E02.nc"
     replayed = tmp_path / "exact" / "replay" / "E02.nc"
     script("datum")(parameters, [datum], 1, "")

@@ -236,19 +236,6 @@ def test_a_set_notices_neither_others_that_meet_their_port_nor_how_many_there_ar
     assert together[4, 0, 1] != start[4, 0] and together[0, 0, 1] < 0.9 * c.P_s
 
 
-def test_gas_that_leaves_in_one_step_cools_as_gas_that_expands(plant):
-    """Shut in afterwards, it warms to the walls' temperature, and its pressure tells how cold it was."""
-    plant = plant._replace(valve=plant.valve._replace(k_xu=100 * plant.valve.k_xu))
-    c, count = plant.conditions, 4000
-    u, rest = np.zeros((count, 3)), np.full((1, count, 3, 2), [0.02, 0.0])
-    u[0] = -5.0
-    start, T = np.outer(c.P_atm * np.array([1.2, 1.3, 1.35]), [1.0, 1.0]), np.full((3, 2), c.T_amb)
-    rows, V_d = full_order_rows(plant, 3), np.full((3, 2), 8e-6)
-    P = pressures_of_sets(u, rest, rows, V_d, plant, 1e-3, 1, start, T)[0, :, 0]
-    cooled = (P[:, 1] / P[:, 0]) ** (1 - 1 / plant.gas.gamma)  # over T_amb: no heat in so short a time
-    np.testing.assert_allclose(P[:, -1], P[:, 1] / cooled, rtol=2e-3)
-
-
 @pytest.mark.parametrize("z", [-1.5, -1.8])
 def test_a_step_to_just_below_zero_pressure_has_failed(plant, z):
     """The polynomial of a third-order step is 0.06 at -1.5 and -0.15 at -1.8."""

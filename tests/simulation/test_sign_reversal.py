@@ -34,12 +34,3 @@ def test_the_rule_step_by_step(name, amplitude, toggles, each_stage):
     assert crossings >= 2
     if toggles:  # the rest of the sequence keeps its sign
         assert recording.reference[-2] == sign * reference[-2]
-
-
-def test_the_recorded_command_is_the_reversed_one():
-    e = lasting("E15", 4.0)
-    on_time = e.drive._replace(late=0.0)
-    recording = record(e._replace(drive=on_time, excitation=e.excitation._replace(amplitude=2.0)))
-    beyond = np.abs(recording.states[:, 0]) >= e.drive.x_reverse
-    assert beyond.any()
-    assert (recording.u[beyond] * recording.states[beyond, 0] < 0).all()

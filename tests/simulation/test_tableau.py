@@ -1,54 +1,19 @@
-"""The Butcher tableau that checks itself, and the order of convergence that it promises."""
+"""The Butcher tableau, and its order of convergence."""
 
 import numpy as np
 import pytest
 from array_equations import integrated
-from hypothesis import given
-from hypothesis import strategies as st
 from paper_study import STUDY
 
 from pneumo.simulation.full_order import equilibrium, run
-from pneumo.simulation.tableau import DORMAND_PRINCE, explicit
-
-NONZERO = [("A", i, j) for i, j in np.argwhere(DORMAND_PRINCE.A)]
-NONZERO += [("b", i) for i in np.nonzero(DORMAND_PRINCE.b)[0]]
-
-# Rooted trees of up to five nodes, each as the tuple of its root's branches: one for each order condition.
-LEAF = ()
-TREES = [LEAF, (LEAF,), (LEAF, LEAF), ((LEAF,),)]
-TREES += [(LEAF, *tree) for tree in TREES[2:]] + [(tree,) for tree in TREES[2:]]  # of four nodes
-TREES += [(LEAF, *tree) for tree in TREES[4:]] + [(tree,) for tree in TREES[4:]] + [((LEAF,), (LEAF,))]
-
-
-def nodes(tree):
-    return 1 + sum(map(nodes, tree))
-
-
-def rebuilt(A, b, order=5):
-    return explicit([list(A[i, :i]) for i in range(1, len(b))], list(b), order)
-
-
-def perturbed(entry, factor):
-    A, b = DORMAND_PRINCE.A.copy(), DORMAND_PRINCE.b.copy()
-    {"A": A, "b": b}[entry[0]][entry[1:]] *= factor
-    return A, b
+from pneumo.simulation.tableau import DORMAND_PRINCE
 
 
 def test_dormand_prince():
-    again = rebuilt(DORMAND_PRINCE.A, DORMAND_PRINCE.b)
-    assert all(np.array_equal(one, other) for one, other in zip(again, DORMAND_PRINCE, strict=True))
     # Dormand and Prince (1980), Table 2; c is summed from a row of up to five rounded fractions of size 12.
     np.testing.assert_allclose(DORMAND_PRINCE.c, [0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1], rtol=0, atol=1e-14)
     assert DORMAND_PRINCE.A.shape == (6, 6) and DORMAND_PRINCE.b.shape == (6,)
     assert not np.triu(DORMAND_PRINCE.A).any()  # explicit
-    assert DORMAND_PRINCE.order == 5
-
-
-@given(st.sampled_from(NONZERO), st.floats(1e-9, 0.5), st.sampled_from([-1, 1]))
-def test_a_slip_in_any_coefficient_is_refused(entry, size, sign):
-    # 1e-9 of an entry moves one of its conditions by over 1e-12, a hundred times what the check allows.
-    with pytest.raises(ValueError, match=r"Butcher tableau: .* does not hold"):
-        rebuilt(*perturbed(entry, 1 + sign * size))
 
 
 def test_order_five_on_a_smooth_problem():

@@ -1,6 +1,5 @@
 """Result files: what is written comes back, whole or not at all, and reads as CF says without the package."""
 
-import json
 import os
 import re
 import shutil
@@ -17,6 +16,7 @@ from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 
 import pneumo
+from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.study_json import to_json
@@ -26,14 +26,13 @@ from pneumo.physics.symbols import SYMBOLS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.settling import settle
 from pneumo.statistics.averages import statistics
-from pneumo.storage.files import attributes, damaged, open_grid, read, read_json, write, write_json
+from pneumo.storage.files import attributes, open_grid, read, read_json, read_study, write, write_text
 from pneumo.storage.grid_layout import replay_dataset
-from pneumo.storage.layout import datum_dataset, recording_from, settling_dataset
+from pneumo.storage.layout import datum_dataset, recording_from
 
 NAMES = ["E06", "E13", "E14"]  # short settling runs; both loops
-ATTRIBUTES = {"title": "A test", "summary": "of files", "config_sha256": "0" * 64, "code_sha256": "1" * 64}
+ATTRIBUTES = {"title": "A test", "summary": "of files", "config_sha256": "0" * 64}
 KINDS = ["settling/E13.nc", "datum/E06.nc", "exact/replay/E06.nc", "exact/statistics.nc", "settling.nc"]
 
 
@@ -115,10 +114,10 @@ def one_line(path, *variables):
 @pytest.mark.parametrize("content", [b"", b"hello\nworld\n", b"\x89HDF\r\n\x1a\n" + bytes(100)])
 def test_a_foreign_file_is_one_line(tmp_path, content):
     (tmp_path / "E01.nc").write_bytes(content)
-    assert "does not end with its SHA-256" in one_line(tmp_path / "E01.nc")
+    assert "not a readable NetCDF-4 file" in one_line(tmp_path / "E01.nc")
 
 
-def test_other_files_that_cannot_be_used_are_one_line_and_json_is_sealed_as_well(results, tmp_path):
+def test_other_files_that_cannot_be_used_are_one_line(results, tmp_path):
     assert "snakemake" in one_line(tmp_path / "E01.nc")  # a missing one says what makes it
     shutil.copy(results / "datum/E06.nc", tmp_path / "E07.nc")
     assert "holds experiment E06, not" in one_line(tmp_path / "E07.nc")
@@ -126,51 +125,26 @@ def test_other_files_that_cannot_be_used_are_one_line_and_json_is_sealed_as_well
     text = one_line(results / "datum/E06.nc", "x", "mse")
     assert "no variable 'mse'" in text and "it has x, v, P, T, u, reference" in text
     path = tmp_path / "parameters.json"
-    write_json(to_json(STUDY), path)
-    assert read_json(path) == to_json(STUDY)
-    assert json.loads(path.read_bytes()).keys() == json.loads(to_json(STUDY)).keys() | {"sha256"}
-    path.write_text(path.read_text().replace("287.0", "288.0"))
-    with pytest.raises(ResultError, match=r"parameters\.json: damaged"):
-        read_json(path)
-    path.unlink()
-    with pytest.raises(ResultError, match="no such file"):
-        read_json(path)
+    write_text(to_json(STUDY), path)
+    assert read_study(path) == STUDY
+    write_text(to_json(STUDY)[:1000], path)
+    for reader, words in ((read_study, "does not hold a study"), (read_json, "not a whole JSON file")):
+        with pytest.raises(ResultError, match=rf"parameters\.json: {words}; delete it"):
+            reader(path)
+        path.rename(tmp_path / "away")
+        with pytest.raises(ResultError, match="no such file"):
+            reader(path)
+        (tmp_path / "away").rename(path)
+    with pytest.raises(ResultError, match=r"holds no replay/\*\.nc; `snakemake -j2`"):
+        open_grid(tmp_path)
 
 
 @given(st.data())
 @settings(max_examples=50, suppress_health_check=list(HealthCheck))
-def test_a_truncated_file_or_a_flipped_bit_is_one_line_wherever_it_is(results, tmp_path, data):
-    content = bytearray((results / "exact/replay/E06.nc").read_bytes())
-    place = data.draw(st.integers(0, len(content) - 1))
-    (tmp_path / "E06.nc").write_bytes(content[:place])
-    assert "does not end with its SHA-256" in one_line(tmp_path / "E06.nc")
-    content[place] ^= 1 << data.draw(st.integers(0, 7))
-    (tmp_path / "E06.nc").write_bytes(content)
-    assert "SHA-256" in one_line(tmp_path / "E06.nc")
-
-
-def test_damaged_files_are_listed_by_name_and_a_grid_needs_replays(results, tmp_path):
-    folder = tmp_path / "results"
-    shutil.copytree(results, folder)
-    for name in ("parameters.json", "verdict.json"):
-        write_json(to_json(STUDY), folder / name)
-    (folder / "table7.md").write_text("not sealed, not checked")
-    assert damaged(folder) == []
-    content = bytearray((folder / "settling.nc").read_bytes())
-    content[len(content) // 2] ^= 1
-    (folder / "settling.nc").write_bytes(content)
-    (folder / "parameters.json").write_text("{}\n")
-    shutil.copy(folder / "datum/E06.nc", folder / "datum/E13.nc")
-    named = [error.path.relative_to(folder) for error in damaged(folder)]
-    assert named == [Path("datum/E13.nc"), Path("parameters.json"), Path("settling.nc")]
-    with pytest.raises(ResultError, match=r"holds no replay/\*\.nc; `snakemake -j2`"):
-        open_grid(tmp_path)
+def test_a_truncated_file_is_one_line_wherever_it_ends(results, tmp_path, data):
     content = (results / "exact/replay/E06.nc").read_bytes()
-    (tmp_path / "replay").mkdir()
-    (tmp_path / "replay/E06.nc").write_bytes(content)
-    (tmp_path / "replay/E07.nc").write_bytes(content[:5000])
-    with pytest.raises(ResultError, match=r"replay/E07\.nc: does not end"):
-        open_grid(tmp_path)
+    (tmp_path / "E06.nc").write_bytes(content[: data.draw(st.integers(0, len(content) - 1))])
+    assert "not a readable NetCDF-4 file" in one_line(tmp_path / "E06.nc")
 
 
 @pytest.mark.parametrize("error", [OSError("no space left"), KeyboardInterrupt()])
@@ -241,7 +215,7 @@ def test_files_describe_themselves_and_neither_machine_nor_moment(results, kind)
             assert getattr(file, name).strip()
         assert file.product_version.startswith("pneumo ")
         assert re.fullmatch(r"[0-9a-f]{40}|not a checkout", file.commit)
-        assert len(file.config_sha256) == len(file.code_sha256) == 64
+        assert len(file.config_sha256) == 64
         for name, variable in file.variables.items():
             assert variable.long_name, name
             if variable.dtype is str or "flag_values" in variable.ncattrs():  # labels and codes have no unit

@@ -9,43 +9,30 @@ import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 from pneumo.storage.files import write_text
 from tests.checkout import ROOT
 from tests.torture.study import Study
 
-
-class Variant(NamedTuple):
-    """One way to run the study."""
-
-    arguments: tuple[str, ...] = ("-j2",)
-    environment: Mapping[str, str] = {}
-    compiler: str = ""  # command that builds the core of this variant
-    needs: str = ""  # instructions that the processor must have, as /proc/cpuinfo names them
-
-
-def build(compiler: str, march: str = "", needs: str = "") -> Variant:
-    """Core by a compiler, for one generation of processors."""
-    return Variant(compiler=f"{compiler} -DPNEUMO_NO_CLONES{march and f' -march={march}'}", needs=needs)
-
-
-VARIANTS = {
-    "one_job": Variant(("-j1",)),
-    "one_replay_thread": Variant(("-j2", "--set-threads", "replay=1")),
-    "one_library_thread": Variant(environment={"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}),
-    "gcc_sse2": build("gcc", "x86-64"),
-    "gcc_avx2": build("gcc", "x86-64-v3", needs="avx2"),
-    "gcc_avx512": build("gcc", "x86-64-v4", needs="avx512f"),
-    "gcc_O2": build("gcc -O2"),
-    "clang": build("clang"),
-    "clang_O2_avx2": build("clang -O2", "x86-64-v3", needs="avx2"),
+DATA = ("settling.nc", "exact/statistics.nc")  # the last of the stages that simulate
+# Another number of jobs and threads, for which the study is run.
+ONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+# Compilers and the instructions that the processor must have, as /proc/cpuinfo names them; for each, all that
+# the core computes for the study is compared.
+BUILDS = {
+    "gcc_sse2": ("gcc -march=x86-64", ""),
+    "gcc_avx2": ("gcc -march=x86-64-v3", "avx2"),
+    "gcc_avx512": ("gcc -march=x86-64-v4", "avx512f"),
+    "gcc_O2": ("gcc -O2", ""),
+    "clang": ("clang", ""),
+    "clang_O2_avx2": ("clang -O2 -march=x86-64-v3", "avx2"),
 }
 
 
 def rebuild(folder: Path, compiler: str) -> None:
     """Compile the core of a copy of the checkout; the compiler's own flags come last."""
-    name, *flags = shlex.split(compiler)
+    name, *flags = shlex.split(f"{compiler} -DPNEUMO_NO_CLONES")
     script = folder / "compile"
     script.write_text(f'#!/bin/sh\nexec {name} "$@" {shlex.join(flags)}\n')
     script.chmod(0o755)
@@ -57,40 +44,41 @@ def rebuild(folder: Path, compiler: str) -> None:
 
 
 def main() -> int:
-    """Run the variants asked for and write how many files are equal to this machine's run with two jobs."""
+    """Compare with the study as two jobs make it here; write how many results differ."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--config", default="", help="configuration on top of the paper's")
-    parser.add_argument("--variants", nargs="+", default=list(VARIANTS), choices=VARIANTS)
     parser.add_argument("--evidence", type=Path, default=ROOT / "results/evidence/determinism.json")
     options = parser.parse_args()
-    info = Path("/proc/cpuinfo")
-    features, outcomes = set(info.read_text().split() if info.exists() else ()), {}
+    info, outcomes = Path("/proc/cpuinfo"), dict[str, Any]()
+    features = set(info.read_text().split() if info.exists() else ())
+
+    def compare(name: str, expected: Mapping[str, str], found: Mapping[str, str]) -> None:
+        different = sorted(key for key in expected.keys() | found if expected.get(key) != found.get(key))
+        outcomes[name] = {"results": len(expected), "different": different}
+        print(f"{name}: {len(expected)} results, different: {different or 'none'}", flush=True)
+
+    def made(study: Study, jobs: str) -> dict[str, str]:  # of figures and pages, tests compare the bytes
+        done = study.run(jobs, *(f"{study.results.name}/{name}" for name in DATA))
+        if done.code:
+            raise SystemExit(done.output)
+        return study.hashes()
+
+    def computed(study: Study) -> dict[str, str]:
+        command = [sys.executable, "-m", "tests.torture.fingerprint", *options.config.split()]
+        lines = subprocess.check_output(command, **study.options).splitlines()
+        return dict(line.split(": ") for line in lines)
+
     with tempfile.TemporaryDirectory(prefix="determinism ") as scratch:
-
-        def hashes(name: str, variant: Variant) -> dict[str, str]:
-            made = Study(Path(scratch, name), options.config, variant.environment)
-            if variant.compiler:
-                rebuild(made.folder, variant.compiler)
-            done = made.run(*variant.arguments)
-            if done.code:
-                raise SystemExit(f"{name}: {done.output}")
-            found = made.hashes()
-            shutil.rmtree(made.folder)
-            return found
-
-        expected = hashes("reference", Variant())
-        for name in options.variants:
-            variant = VARIANTS[name]
-            compiler = variant.compiler.split()[:1]
-            if (variant.needs and variant.needs not in features) or not all(map(shutil.which, compiler)):
-                print(f"{name}: left out: no {variant.needs or compiler[0]} here", flush=True)
+        study = Study(Path(scratch, "two jobs"), options.config)
+        one = Study(Path(scratch, "one job"), options.config, ONE)
+        compare("one_job_and_thread", made(study, "-j2"), made(one, "-j1"))
+        expected = computed(study)
+        for name, (compiler, needs) in BUILDS.items():
+            if (needs and needs not in features) or not shutil.which(compiler.split()[0]):
+                print(f"{name}: left out: no {needs or compiler} here", flush=True)
                 continue
-            found = hashes(name, variant)
-            different = sorted(
-                file for file in expected.keys() | found if expected.get(file) != found.get(file)
-            )
-            outcomes[name] = {"files": len(expected), "different": different}
-            print(f"{name}: {len(expected)} files, different: {different or 'none'}", flush=True)
+            rebuild(one.folder, compiler)
+            compare(name, expected, computed(one))
     write_text(json.dumps(outcomes, indent=1) + "\n", options.evidence)
     return int(any(outcome["different"] for outcome in outcomes.values()))
 

@@ -5,9 +5,7 @@
 
 import argparse
 import json
-import os
 import random
-import shutil
 import signal
 import subprocess
 import tempfile
@@ -19,11 +17,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneumo.storage.files import write_text
-from pneumo.storage.seal import SEALS, sealed_files
 from tests.checkout import ROOT
 from tests.torture.study import Study, stop
-
-DAY = 86_400
 
 
 class NotRun(Exception):
@@ -105,21 +100,6 @@ def read_only(bench: Bench) -> Iterator[tuple[bool, str]]:
         yield bench.rerun(f"{done.refusal or 'Snakemake had nothing to do'}; resumed")
 
 
-def clock_back(bench: Bench) -> Iterator[tuple[bool, str]]:
-    """Kill a run that lives a day ahead, and go on today: its files are from the future."""
-    if not shutil.which("faketime"):
-        raise NotRun("faketime is not installed")
-    for _ in range(bench.tries):
-        bench.study.clear()
-        run = bench.study.start(before=("faketime", "-f", f"+{DAY}s"))
-        stop(run, signal.SIGKILL, with_jobs=True, after=bench.moment())
-        for folder in (bench.study.results, bench.study.folder / ".snakemake"):
-            for file in folder.rglob("*"):  # faketime shifts what programs see, not what the disk says
-                date = file.stat().st_mtime + DAY
-                os.utime(file, (date, date))
-        yield bench.rerun("killed a day ahead, resumed today")
-
-
 def two_runs(bench: Bench) -> Iterator[tuple[bool, str]]:
     """Start two at once: one works, the other is refused."""
     for _ in range(bench.tries):
@@ -130,56 +110,22 @@ def two_runs(bench: Bench) -> Iterator[tuple[bool, str]]:
         yield same and codes == [0, 2], f"exit codes {codes[0]} and {codes[1]}"
 
 
-def damage(bench: Bench, spoil: Callable[[Bench, Path], None]) -> Iterator[tuple[bool, str]]:
-    """Spoil one file after another; each must be refused by name, then made again."""
+def damage(bench: Bench) -> Iterator[tuple[bool, str]]:
+    """Flip a bit of a file, cut it, or put text in its place: it is named; delete it; run again."""
     study = bench.study
-    for number in range(2 * bench.tries):
-        if study.hashes() != bench.expected:
-            study.run()
-        path = bench.rng.choice(sealed_files(study.results))
-        name, before = str(path.relative_to(study.folder)), path.stat()
-        spoil(bench, path)
-        named = name in study.pneumo("paper", "verify", study.results.name).output
-        if number % 2:
-            os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # only its content differs
-            refused, by = (
-                study.pneumo("paper", "verify", study.results.name, "--remove").code == 0,
-                "removed by `pneumo paper verify`",
-            )
-            refused = refused and not path.exists()
-        else:
-            aside, by = path.with_name(f"{path.name}.damaged"), "set aside by the next run"
-            study.run()
-            refused = aside.exists()
-            aside.unlink(missing_ok=True)
-        refused = refused and named
-        same, outcome = bench.rerun(f"named, {by}, made again")
-        yield same and refused, outcome if refused else f"{name}: NOT refused"
-
-
-def flip(bench: Bench, path: Path) -> None:
-    """Flip one bit."""
-    content = bytearray(path.read_bytes())
-    content[bench.rng.randrange(len(content))] ^= 1 << bench.rng.randrange(8)
-    path.write_bytes(content)
-
-
-def cut(bench: Bench, path: Path) -> None:
-    """Cut a file short."""
-    os.truncate(path, bench.rng.randrange(path.stat().st_size))
-
-
-def replace(bench: Bench, path: Path) -> None:
-    """Put something else in its place: text, an unsealed file, or that of another experiment."""
-    others = [file for file in path.parent.glob("E*.nc") if file != path]
-    before, after = SEALS[path.suffix]
-    kind = bench.rng.choice(["text", "unsealed", "other"] if others else ["text", "unsealed"])
-    if kind == "text":
-        path.write_text("Shopping: eggs, flour\n")
-    elif kind == "unsealed":
-        os.truncate(path, path.stat().st_size - len(before) - 64 - len(after))
-    else:
-        path.write_bytes(bench.rng.choice(others).read_bytes())
+    for number in range(3 * bench.tries):
+        path = study.results / bench.rng.choice(sorted(bench.expected))
+        content = bytearray(path.read_bytes())
+        place = bench.rng.randrange(len(content))
+        if number % 3 == 0:
+            content[place] ^= 1 << bench.rng.randrange(8)
+        path.write_bytes([content, content[:place], b"Shopping: eggs, flour"][number % 3])
+        named = (
+            str(path.relative_to(study.folder)) in study.pneumo("paper", "verify", study.results.name).output
+        )
+        path.unlink()
+        same, outcome = bench.rerun("named, deleted, made again")
+        yield same and named, outcome if named else f"{path.name}: NOT named"
 
 
 FAULTS: dict[str, Fault] = {
@@ -187,11 +133,8 @@ FAULTS: dict[str, Fault] = {
     "sigint": lambda bench: interrupted(bench, signal.SIGINT, bench.tries, alone=False),
     "disk_full": disk_full,
     "read_only": read_only,
-    "clock_back": clock_back,
     "two_runs": two_runs,
-    "bit_flip": lambda bench: damage(bench, flip),
-    "truncated": lambda bench: damage(bench, cut),
-    "foreign": lambda bench: damage(bench, replace),
+    "damage": damage,
 }
 
 

@@ -3,41 +3,36 @@
 
 rule statistics:
     input:
-        parameters=rules.parameters.output[0],
+        parameters=rules.datum.output.parameters,
         cells=rules.replay.output.cells,
     output:
         tables=expand("<results>/{transport}/statistics.nc", transport=TRANSPORTS),
     log:
         "<results>/logs/statistics.log",
     params:
-        code=code_behind("statistics.py"),
+        code=sha256_of(*SIMULATION, "pneumo/statistics"),
     message:
         "Statistics over experiments, for both samplings of the signals"
     script:
         "../scripts/statistics.py"
 
 
-FINISHED = ["assumptions.nc", "seed_sets.nc"]
-
-
 rule verdict:
     input:
-        # Of finished studies, if they were made from this configuration: docs/reproduce.md.
-        evidence=[file for name in FINISHED for file in evidence_for(RESULTS, STUDY, name)],
-        parameters=rules.parameters.output[0],
+        # Of a finished study, if it was made from this configuration: docs/reproduce.md.
+        evidence=evidence_for(RESULTS, STUDY, "seed_sets.nc"),
+        parameters=rules.datum.output.parameters,
         settling=rules.settling.output,
-        datum=rules.datum.output,
+        datum=rules.datum.output.runs,
         cells=rules.replay.output.cells,
         statistics=rules.statistics.output,
         claims="paper/2006/claims.yaml",
         facts="paper/2006/facts.yaml",
         errata="paper/2006/errata.yaml",
         assumptions="paper/2006/assumptions.yaml",
-        doubts="paper/2006/doubts.yaml",
         seed_deviations="paper/2006/seed_deviations.csv",
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
         figures=expand("paper/2006/published/figure{number}.csv", number=[7, 9, 11]),
-        templates=page_templates("verdict.html.j2"),
         about=expand("paper/2006/{file}", file=["page.yaml", "findings.html.j2", "simulators.json"]),
     output:
         judged="<results>/verdict.json",
@@ -46,7 +41,7 @@ rule verdict:
         "<results>/logs/verdict.log",
     params:
         name="2006",
-        code=code_behind("verdict.py", "paper.study.paper_2006.paper"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Verdict: every published number and claim, and its page"
     script:

@@ -2,8 +2,6 @@
 
 
 rule ranking_cells:
-    input:
-        parameters=rules.parameters.output[0],
     output:
         cells="<results>/study/{cylinder}.nc",
     log:
@@ -11,8 +9,9 @@ rule ranking_cells:
     wildcard_constraints:
         cylinder=r"[A-Za-z][\w-]*",
     params:
+        study=STUDY,
         known=lookup("{cylinder}", within=LIMITS),
-        code=code_behind("ranking_cells.py"),
+        code=sha256_of(*SIMULATION, "pneumo/selection", "pneumo/statistics"),
     message:
         "Full-order runs and replays over seeds, cylinder {wildcards.cylinder}"
     script:
@@ -21,15 +20,14 @@ rule ranking_cells:
 
 rule ranking_page:
     input:
-        parameters=rules.parameters.output[0],
+        parameters=rules.datum.output.parameters,
         cells=expand(rules.ranking_cells.output[0], cylinder=USER_CYLINDERS),
-        templates=page_templates("study.html.j2"),
     output:
         page="<results>/study.html",
     log:
         "<results>/logs/ranking_page.log",
     params:
-        code=code_behind("ranking_page.py"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Ranking of the models on each cylinder"
     script:
@@ -38,7 +36,6 @@ rule ranking_page:
 
 rule cylinder_ranking:
     input:
-        rules.parameters.output,
         rules.datum.output,
         rules.replay.output,
         rules.statistics.output,

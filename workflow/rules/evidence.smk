@@ -6,7 +6,6 @@ DRAWN = {
     figure: {
         "results": f"{results}.nc",
         "draw": f"paper.study.figures.{module}.{function}",
-        "code": code_behind("figure.py", f"paper.study.figures.{module}"),
     }
     for figure, results, module, function in [
         ("measurements", "measurements", "measurements_figure", "measurements_figure"),
@@ -27,7 +26,7 @@ rule evidence_figure:
         drawn="|".join(DRAWN),
     params:
         draw=lookup("{drawn}/draw", within=DRAWN),
-        code=lambda wildcards: DRAWN[wildcards.drawn]["code"](wildcards),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Figure {wildcards.drawn}"
     script:
@@ -45,7 +44,7 @@ rule measured_records:
     log:
         "<results>/logs/measurements.log",
     params:
-        code=code_behind("measurements.py"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Thermal laws on measured records of closed chambers"
     script:
@@ -69,7 +68,7 @@ rule measured_air:
     log:
         "<results>/logs/measured_air.log",
     params:
-        code=code_behind("measured_air.py"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Models on measured air and nitrogen with flow"
     script:

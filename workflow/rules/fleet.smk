@@ -19,8 +19,10 @@ rule fleet_block:
         mem_mb=lambda wildcards, threads, attempt: FLEET.resources(wildcards.block).mem_mb(threads, attempt),
     params:
         content=block_content,
-        signals=fingerprints(FLEET.signal_files()),
-        code=code_behind("fleet_block.py"),
+        signals=sha256_of(*FLEET.signal_files()),
+        code=sha256_of(
+            *SIMULATION, "pneumo/equations", "pneumo/export", "pneumo/selection", "pneumo/statistics"
+        ),
     message:
         "Cylinders from {wildcards.block} on: full-order runs and replays over seeds, rankings"
     script:
@@ -30,7 +32,6 @@ rule fleet_block:
 rule fleet_index:
     input:
         blocks=expand("<results>/fleet/{block}.nc", block=FLEET.blocks),
-        templates=page_templates("fleet.html.j2"),
     output:
         index="<results>/fleet.nc",
         page="<results>/fleet.html",
@@ -38,7 +39,7 @@ rule fleet_index:
         "<results>/logs/fleet_index.log",
     params:
         name=FLEET.sources.content["name"],
-        code=code_behind("fleet_index.py"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Index of all cylinders"
     script:

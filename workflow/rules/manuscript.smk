@@ -3,7 +3,7 @@
 
 rule manuscript:
     input:
-        parameters=rules.parameters.output[0],
+        parameters=rules.datum.output.parameters,
         verdict=rules.verdict.output[0],
         frozen="paper/manuscript/frozen.json",
         figures=[
@@ -22,7 +22,7 @@ rule manuscript:
     log:
         "<results>/logs/manuscript.log",
     params:
-        code=code_behind("manuscript.py"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Manuscript as PDF"
     script:

@@ -1,7 +1,7 @@
-# Results -> figures and the tables that the README shows.
+# Results -> figures and pages.
 
 SCHEMES = ["01", "02", "03", "04", "05", "06", "12"]
-FIGURES = ["fig07", "fig08", "fig09", "fig10", "fig11", "traces", "mse_over_n"]
+FIGURES = ["fig07", "fig08", "fig09", "fig10", "fig11", "traces"]
 
 
 rule schemes:
@@ -16,8 +16,6 @@ rule schemes:
         ),
     log:
         "<results>/logs/schemes.log",
-    params:
-        code=code_behind("schemes.py"),
     message:
         "Figures 1-6 and 12: schemes, kept by hand"
     script:
@@ -26,7 +24,7 @@ rule schemes:
 
 rule figures:
     input:
-        parameters=rules.parameters.output[0],
+        parameters=rules.datum.output.parameters,
         settling=f"<results>/settling/{shown('fig07', STUDY.experiments)}.nc",
         datum=f"<results>/datum/{shown('traces', STUDY.experiments)}.nc",
         cells=rules.replay.output.cells,
@@ -43,33 +41,31 @@ rule figures:
             subcategory="Results",
         ),
         png=expand("<results>/figures/{name}.png", name=FIGURES),
-        table="<results>/table7.md",
     log:
         "<results>/logs/figures.log",
     params:
-        code=code_behind("figures.py"),
+        code=sha256_of(*ASSESSMENT),
     message:
-        "Figures 7-11, time traces, error over n; Table 7 beside the published one"
+        "Figures 7-11 and time traces"
     script:
         "../scripts/figures.py"
 
 
 rule report:
     input:
-        parameters=rules.parameters.output[0],
-        datum=rules.datum.output,
+        parameters=rules.datum.output.parameters,
+        datum=rules.datum.output.runs,
         replays=rules.replay.output,  # with traces
         statistics=rules.statistics.output,
         verdict=[] if USER_CYLINDERS else [rules.verdict.output.judged],
         findings=[] if USER_CYLINDERS else evidence_for(RESULTS, STUDY, "findings.json"),
-        templates=page_templates("report.html.j2"),
     output:
         page=report("<results>/report.html", caption="../captions/report.rst", category="Pages"),
     log:
         "<results>/logs/report.log",
     params:
         manuscript=exists(f"{RESULTS}/paper.pdf"),
-        code=code_behind("report.py"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Report: the study as a page to explore"
     script:

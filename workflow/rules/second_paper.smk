@@ -1,26 +1,15 @@
-# The paper of 2007: its simulated example with figures, verdict and page. It needs no result of the study.
-
-DRAWN_2007 = ["simulated_example", "coefficients"]
+# The paper of 2007: its simulated example, verdict and page. It needs no result of the study.
 
 
 rule simulated_example:
-    input:
-        claims="paper/2007/claims.yaml",
-        published=expand(
-            "paper/2007/published/{name}.csv", name=["table2", "table3", "table4", "table5", "quoted"]
-        ),
-        studied=expand("paper/2006/published/table{number}.csv", number=[2, 4]),
     output:
         response="<results>/2007/example.nc",
-        coefficients="<results>/2007/coefficients.nc",
-        svg=expand("<results>/2007/figures/{name}.svg", name=DRAWN_2007),
-        png=expand("<results>/2007/figures/{name}.png", name=DRAWN_2007),
     log:
         "<results>/logs/simulated_example.log",
     params:
-        code=code_behind("simulated_example.py"),
+        code=sha256_of(*ASSESSMENT),
     message:
-        "Simulated example of 2007, and coefficients of its cylinders, with figures"
+        "Simulated example of 2007"
     script:
         "../scripts/simulated_example.py"
 
@@ -35,7 +24,6 @@ rule verdict_2007:
         assumptions="paper/2007/assumptions.yaml",
         published=expand("paper/2007/published/table{number}.csv", number=range(1, 6)),
         quoted="paper/2007/published/quoted.csv",
-        templates=page_templates("verdict.html.j2"),
         about=["paper/2007/page.yaml", "paper/2007/findings.html.j2"],
     output:
         judged="<results>/2007/verdict.json",
@@ -44,7 +32,7 @@ rule verdict_2007:
         "<results>/logs/verdict_2007.log",
     params:
         name="2007",
-        code=code_behind("verdict.py", "paper.study.paper_2007.paper"),
+        code=sha256_of(*ASSESSMENT),
     message:
         "Verdict on the paper of 2007, and its page"
     script:

@@ -1,25 +1,7 @@
-# Configuration -> parameters -> settling runs and times, full-order runs -> replays.
-
-
-rule parameters:
-    output:
-        parameters="<results>/parameters.json",
-    log:
-        "<results>/logs/parameters.log",
-    priority: 3
-    threads: all_cores  # nothing starts beside it that would keep a core from the full-order runs
-    params:
-        study=STUDY,
-        code=code_behind("parameters.py"),
-    message:
-        "Configuration {config[name]}: converting to SI units"
-    script:
-        "../scripts/parameters.py"
+# Configuration -> settling runs and times, full-order runs -> replays.
 
 
 rule settling:
-    input:
-        parameters=rules.parameters.output[0],
     output:
         runs=expand("<results>/settling/{experiment}.nc", experiment=STUDY.experiments),
         table="<results>/settling.nc",
@@ -27,7 +9,8 @@ rule settling:
         "<results>/logs/settling.log",
     priority: 1  # before what replays do not wait for
     params:
-        code=code_behind("settling.py"),
+        study=STUDY,
+        code=sha256_of(*SIMULATION, "paper/study/settling_run.py", "paper/study/settling_times.py"),
     message:
         "Settling-time runs, settling times and the ten-times rule"
     script:
@@ -35,26 +18,26 @@ rule settling:
 
 
 rule datum:
-    input:
-        parameters=rules.parameters.output[0],
     output:
+        parameters="<results>/parameters.json",
         runs=expand("<results>/datum/{experiment}.nc", experiment=STUDY.experiments),
     log:
         "<results>/logs/datum.log",
     priority: 2  # the replays wait for it
     threads: all_cores_but_one  # which the settling runs have meanwhile
     params:
-        code=code_behind("datum.py"),
+        study=STUDY,
+        code=sha256_of(*SIMULATION),
     message:
-        "Full-order runs"
+        "Configuration {config[name]} in SI units, full-order runs"
     script:
         "../scripts/datum.py"
 
 
 rule replay:
     input:
-        parameters=rules.parameters.output[0],
-        datum=rules.datum.output,
+        parameters=rules.datum.output.parameters,
+        datum=rules.datum.output.runs,
     output:
         cells=expand(
             "<results>/{transport}/replay/{experiment}.nc",
@@ -70,7 +53,7 @@ rule replay:
         "<results>/logs/replay.log",
     threads: all_cores
     params:
-        code=code_behind("replay.py"),
+        code=sha256_of(*SIMULATION, "paper/study/trace_layout.py"),
     message:
         "Replays of all models, both signal samplings: errors, also by interval of time for the report"
     script:

@@ -7,13 +7,11 @@ include: "publish.smk"
 include: "second_paper.smk"
 include: "cylinder_ranking.smk"
 include: "evidence.smk"
-include: "live.smk"
 include: "manuscript.smk"
 
 
 rule paper:
     input:
-        rules.parameters.output,
         rules.settling.output,
         rules.datum.output,
         rules.replay.output,

@@ -1,16 +1,18 @@
-"""Run the full-order system of every experiment."""
+"""Write the checked study in SI units; run the full-order system of every experiment."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from pneumo.configuration.experiment import Study
+from pneumo.configuration.study_json import to_json
 from pneumo.jobs.wrapper import run_job
 from pneumo.simulation.full_order import record
-from pneumo.storage.files import attributes, read_study, write
+from pneumo.storage.files import attributes, write, write_text
 from pneumo.storage.layout import datum_dataset, failure_text
 
 
-def main(parameters: Path, runs: list[Path], threads: int, code: str) -> None:
-    study = read_study(parameters)
+def main(study: Study, parameters: Path, runs: list[Path], threads: int) -> None:
+    write_text(to_json(study), parameters)
     # Longest first, so that the threads end together.
     experiments = sorted((study.experiments[run.stem] for run in runs), key=lambda e: -e.steps)
     summary = "Every step of the sixth-order model, eqs (3) to (8), against which models are judged"
@@ -18,7 +20,7 @@ def main(parameters: Path, runs: list[Path], threads: int, code: str) -> None:
     with ThreadPoolExecutor(threads) as ahead:
         for e, recording in zip(experiments, ahead.map(record, experiments), strict=True):
             dataset = datum_dataset(e, recording)
-            about = attributes(f"Full-order run of {e.name}", summary, study.config_sha256, code, e)
+            about = attributes(f"Full-order run of {e.name}", summary, study.config_sha256, e)
             # Compressing would take as long as the run, for files a fifth smaller.
             write(dataset, runs[0].with_name(f"{e.name}.nc"), about, compressed=False)
             print(f"{e.name}: full-order run, {e.duration:g} s, done", flush=True)

@@ -11,7 +11,7 @@ from pneumo.storage.files import attributes, write
 from pneumo.storage.grid_layout import same_at_every_n
 
 
-def main(content: dict[str, Any], cells: Path, threads: int, code: str) -> None:
+def main(content: dict[str, Any], cells: Path, threads: int) -> None:
     configuration = validated(content, [])
     configured, limits = study(configuration), uncertainties(configuration)
     block = run_block(configured, threads, lambda name: print(f"{name}: done", flush=True), limits)
@@ -19,7 +19,6 @@ def main(content: dict[str, Any], cells: Path, threads: int, code: str) -> None:
         f"Reduced models on {block.sizes['cylinder']} cylinders of {configured.name}",
         "Error of every model at every n against full-order runs over several seeds, and rankings",
         configured.config_sha256,
-        code,
         comment=same_at_every_n(),
         transport="exact",
     )

@@ -8,12 +8,11 @@ from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 
 
-def main(records: list[Path], cells: Path, code: str) -> None:
+def main(records: list[Path], cells: Path) -> None:
     about = attributes(
         "Models on measured air with flow",
         "Each model fitted to a valve-driven cylinder and to vessels, and judged on points left out",
         "none: records are in data/",
-        code,
         license="MIT; the records it was made from: MIT, jefersonjlima/wbident and"
         " andr1976/HydDown; Apache-2.0, osrf/mbari_wec_gz",
     )

@@ -9,7 +9,7 @@ from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
 
 
-def main(records: list[Path], cells: Path, code: str) -> None:
+def main(records: list[Path], cells: Path) -> None:
     parts: dict[str, xr.Dataset] = {}
     for path in records:
         record = read_closed_record(path)
@@ -21,7 +21,6 @@ def main(records: list[Path], cells: Path, code: str) -> None:
         "Thermal laws on measured records of closed chambers",
         "Each law fitted to the first 60 % of a record and judged on the rest, without and with leakage",
         "none: records are in data/",
-        code,
         license="MIT; the records it was made from: Apache-2.0, osrf/mbari_wec_gz",
     )
     write(xr.concat(list(parts.values()), xr.Variable("record", list(parts))), cells, about, digits=4)

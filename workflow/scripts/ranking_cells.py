@@ -3,15 +3,15 @@
 from pathlib import Path
 from typing import Any
 
+from pneumo.configuration.experiment import Study
 from pneumo.configuration.uncertain import Uncertain
 from pneumo.jobs.wrapper import run_job
 from pneumo.selection.cylinder_ranking import run_study, save_cells, selected
-from pneumo.storage.files import read_study
 
 
-def main(parameters: Path, cylinder: str, known: list[Any], cells: Path, threads: int) -> None:
-    study = selected(read_study(parameters), cylinders=[cylinder])
-    save_cells(study, run_study(study, threads, uncertain={cylinder: Uncertain(*known)}), cells)
+def main(study: Study, cylinder: str, known: list[Any], cells: Path, threads: int) -> None:
+    chosen = selected(study, cylinders=[cylinder])
+    save_cells(chosen, run_study(chosen, threads, uncertain={cylinder: Uncertain(*known)}), cells)
 
 
 run_job(main, globals())

@@ -10,8 +10,8 @@ from pneumo.storage.files import read, read_study, write_text
 
 
 def main(parameters: Path, cells: list[Path], page: Path) -> None:
-    together = joined([read(file) for file in cells])
-    write_text(study_page(read_study(parameters), together, answers(together)), page)
+    found = answers(joined([read(file) for file in cells]))
+    write_text(study_page(read_study(parameters), found), page)
 
 
 run_job(main, globals())

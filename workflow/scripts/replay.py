@@ -3,22 +3,20 @@
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from paper.study.trace_layout import write_replays
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import read, read_study
-from pneumo.storage.grid_layout import write_replays
 from pneumo.storage.layout import recording_from
 
 
-def main(parameters: Path, datum: list[Path], cells: list[Path], threads: int, code: str) -> None:
+def main(parameters: Path, datum: list[Path], cells: list[Path], threads: int) -> None:
     study = read_study(parameters)
     # Longest first, so that the threads end together. The core holds no lock while they run.
     longest_first = sorted(datum, key=lambda file: -study.experiments[file.stem].steps)
 
     def replay_file(file: Path) -> None:
         outputs = {output.parts[-3]: output for output in cells if output.stem == file.stem}
-        write_replays(
-            study, file.stem, recording_from(read(file), study.experiments[file.stem]), outputs, code
-        )
+        write_replays(study, file.stem, recording_from(read(file), study.experiments[file.stem]), outputs)
         print(f"{file.stem}: {len(outputs)} replays of the whole grid, done", flush=True)
 
     with ThreadPoolExecutor(threads) as pool:

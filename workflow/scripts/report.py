@@ -1,12 +1,11 @@
 """Write the page to explore the study with."""
 
-import json
 from pathlib import Path
 
+from paper.study.kept_evidence import made
 from paper.study.pages.report_page import report_page, stored_parts
 from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import read_json, read_study, write_text
-from pneumo.storage.kept_evidence import made
 
 
 def main(
@@ -18,9 +17,9 @@ def main(
 ) -> None:
     """Write the page; `verdict` and `findings` list at most one file each."""
     study, statements = read_study(parameters), None
-    judged = json.loads(read_json(verdict[0])) if verdict else None
+    judged = read_json(verdict[0]) if verdict else None
     for file in findings:
-        statements = json.loads(read_json(file))
+        statements = read_json(file)
         statements["note"] += f" {made(file)}."
     text = report_page(study, stored_parts(study, parameters.parent), judged, statements, manuscript)
     write_text(text, page)

@@ -1,4 +1,4 @@
-"""Copy the schemes beside the other figures; the log gets their SHA-256."""
+"""Copy the schemes beside the other figures."""
 
 import shutil
 from pathlib import Path

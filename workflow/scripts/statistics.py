@@ -7,7 +7,7 @@ from pneumo.statistics.averages import statistics
 from pneumo.storage.files import attributes, open_grid, read_study, write
 
 
-def main(parameters: Path, tables: list[Path], code: str) -> None:
+def main(parameters: Path, tables: list[Path]) -> None:
     study = read_study(parameters)
     for table in tables:
         transport = table.parent.name
@@ -15,7 +15,6 @@ def main(parameters: Path, tables: list[Path], code: str) -> None:
             f"Performance of the reduced models, {transport} signals",
             "Tables 7 (level overall), 8 (best_n) and 9 (other levels); eqs (14) to (16)",
             study.config_sha256,
-            code,
             transport=transport,
         )
         grid = open_grid(table.parent).sel(experiment=list(study.experiments))

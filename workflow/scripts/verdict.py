@@ -3,18 +3,18 @@
 import json
 from pathlib import Path
 
+from paper.study.kept_evidence import made
 from paper.study.known_papers import PaperName, paper
 from paper.study.pages.verdict_page import verdict_page
 from pneumo.jobs.wrapper import run_job
-from pneumo.storage.files import write_json, write_text
-from pneumo.storage.kept_evidence import made
+from pneumo.storage.files import write_text
 from pneumo.verdict.judging import verdict
 
 
 def main(name: PaperName, claims: Path, evidence: list[Path], judged: Path, page: Path) -> None:
     content = verdict(judged.parent, paper(name)._replace(folder=claims.parent))
     text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
-    write_json(text, judged)
+    write_text(text, judged)
     rests_on = [made(file) for file in evidence]
     write_text(verdict_page(json.loads(text), claims.parent, rests_on), page)
 

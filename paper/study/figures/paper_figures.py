@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from paper.study.labels import SOURCES
+from paper.study.settling_run import CRITERION
 from pneumo.publish.figures.panels import MSE, SOURCE_OF, decades, legend_outside, message_figure, model_ticks
 from pneumo.publish.model_looks import ALL_BUT_M4, BEST_MODELS, MODEL_LOOKS
 from pneumo.publish.style import (
@@ -25,12 +26,10 @@ from pneumo.publish.style import (
     SOURCE_BAR,
     SOURCE_MARKER,
     axis_label,
-    fitting,
     new_figure,
     paper_style,
 )
 from pneumo.publish.text.formatting import KILO
-from pneumo.simulation.settling import CRITERION
 from pneumo.statistics.averages import OVERALL
 from pneumo.storage.layout import failure_text
 
@@ -92,7 +91,7 @@ def _settling_panel(
     """Draw one trace with its change, its 1 per cent band and its settling time."""
     free = series.sel(t=slice(release, None))
     final = free[-1].item()
-    # As in `pneumo.simulation.settling`: delta P from the release, delta T from the largest excursion.
+    # As in `paper.study.settling_run`: delta P from the release, delta T from the largest excursion.
     extreme = free[0] if quantity == "P" else free[np.abs(free.values - final).argmax()]
     start, t_start, t_s = extreme.item(), extreme["t"].item(), settling_time.item()
     band = CRITERION * abs(start - final)
@@ -185,8 +184,6 @@ def fig11(statistics: Mapping[str, xr.Dataset], table9: xr.Dataset) -> Figure:
         _ranges(ax, statistics, level, published)
         ax.set_title(level)
         ax.label_outer()
-        if fitting(len(levels)) < len(levels):
-            ax.tick_params(axis="x", rotation=90)
     _explain_whiskers(axes[0])
     return _finished(fig, axes[0], statistics)
 

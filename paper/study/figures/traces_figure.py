@@ -1,19 +1,18 @@
-"""Two figures that the paper lacks: pressures over time with their errors, and mean square errors over n."""
+"""A figure that the paper lacks: pressures over time with their errors."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
 from paper.study.labels import STUDY_SAMPLING
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.panels import MSE, decades, legend_outside, message_figure, symbol
+from pneumo.publish.figures.panels import legend_outside, message_figure, symbol
 from pneumo.publish.model_looks import MODEL_LOOKS, TRACED_MODELS
 from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
-from pneumo.statistics.averages import concatenated
 
 WITHOUT_N = [name for name, model in MODELS.items() if not model.has_n]
 
@@ -72,35 +71,3 @@ def time_traces(
 def _with_n(model: str, best: xr.DataArray) -> str:
     n = best.sel(model=model).item()
     return symbol(model) if model in WITHOUT_N or np.isnan(n) else f"{symbol(model)}, $n$ = {n:.2f}"
-
-
-@paper_style()
-def mse_over_n(grids: Mapping[str, xr.Dataset], levels: Mapping[str, Sequence[str]]) -> Figure:
-    """MSE against n, averaged over the experiments of each level of heat transfer.
-
-    A row per sampling, from its grid of `pneumo.storage.files.open_grid`; a column per level, from the
-    names of its experiments. Models without n are horizontal lines.
-    """
-    fig = new_figure(DOUBLE_MM, 128)
-    axes = fig.subplots(len(grids), len(levels), sharex=True, sharey=True, squeeze=False)
-    for row, (transport, grid) in zip(axes, grids.items(), strict=True):
-        mse = concatenated(grid)["mse"].dropna("experiment", how="all")  # without failed experiments
-        for ax, names in zip(row, levels.values(), strict=True):
-            ax.set_yscale("log")
-            inside = np.isin(mse["experiment"], names)
-            chosen = mse.sel(experiment=inside) if inside.any() else mse.isel(experiment=[0]) * np.nan
-            mean = chosen.mean("experiment", skipna=False)
-            for model, look in MODEL_LOOKS.items():
-                keywords = look.line() if model in WITHOUT_N else look.points() | {"markersize": 3.4}
-                ax.plot(mean["n"], mean.sel(model=model), label=symbol(model), **keywords)
-            ax.grid(axis="y")
-            ax.xaxis.set_major_locator(FixedLocator(mean["n"].values[::2].tolist()))
-            ax.xaxis.set_minor_locator(FixedLocator(mean["n"].values.tolist()))
-            decades(ax)
-        row[0].set_ylabel(f"{STUDY_SAMPLING[transport]}\n{MSE}")
-    for ax, level in zip(axes[0], levels, strict=True):
-        ax.set_title(level)
-    for ax in axes[-1]:
-        ax.set_xlabel("$n$")
-    legend_outside(fig, axes[0, 0], columns=10, columnspacing=1.5)
-    return fig

@@ -11,6 +11,13 @@ import xarray as xr
 from paper.study.labels import STUDY_SAMPLING
 from paper.study.pages import STATUS_LOOKS, STUDY_TEMPLATES
 from paper.study.pages.packing import FRACTION, packed, rounded, rounding_step
+from paper.study.trace_layout import (
+    COMMON_N,
+    close_up,
+    interval_edges,
+    lowest_and_highest,
+    shown_steps,
+)
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
 from pneumo.publish.model_looks import FIRST_SHOWN, MODEL_LOOKS, on_dark
@@ -18,13 +25,6 @@ from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO
 from pneumo.storage.files import read
 from pneumo.storage.layout import CHAMBERS, failure_text
-from pneumo.storage.trace_layout import (
-    COMMON_N,
-    close_up,
-    interval_edges,
-    lowest_and_highest,
-    shown_steps,
-)
 
 OPENING = (
     "E12"  # run on which the paper's report opens, at its close-up: a typical conductance, in closed loop

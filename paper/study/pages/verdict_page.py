@@ -14,8 +14,8 @@ from paper.study.pages import STATUS_LOOKS, STUDY_TEMPLATES
 from paper.study.text.verdict_text import deviation_text, size_text
 from pneumo.publish.pages.page import page_text
 from pneumo.verdict.claims import BASES
-from pneumo.verdict.entries import Entry, read_entries
 from pneumo.verdict.facts import headline_text
+from pneumo.verdict.published import Entry, read_entries
 
 SIMULATORS = "simulators.json"  # of a paper; `python -m benchmarks.simulators` writes it
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from paper.study.paper_2006.results import StudyResults
-from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
+from pneumo.physics.chamber import dP_dt, dT_dt, wall_heat
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
 from pneumo.physics.valve import Gas, choked_flow, critical_ratio, exact_gas, mass_flow, sonic_coefficient
@@ -199,15 +199,6 @@ def polytropic_pressure_equation(_: StudyResults) -> Finding:
     return _equal_rates(*at_n, words="20 states at n = 1, 1.2 and 1.4")
 
 
-def same_right_hand_side(_: StudyResults, one: str, other: str, n: float, k_0: float) -> Finding:
-    """Whether two models have the same rate of pressure at one n and k_0."""
-
-    def rate(name: str, s: State) -> float:
-        return _by_model(name, s, n, 1.3, k_0, s.T_in)[1]
-
-    return _equal_rates(lambda s: (rate(one, s), rate(other, s)))
-
-
 # Computations of one line, from the paper's constants alone.
 CONSTANTS: dict[str, Callable[[object], Finding]] = {
     # Ratio of sonic flow; exact coefficient of eq (1), s K^0.5/m; pressure at rest by the printed rule, Pa.
@@ -233,9 +224,5 @@ CONSTANTS: dict[str, Callable[[object], Finding]] = {
     # Whether eq (9) with the balances' rate of temperature gives their rate of pressure.
     "gas_law_differentiated": lambda _: _equal_rates(
         lambda s: (_eq_9(s, s.T, _balances(s)[1]), _balances(s)[0])
-    ),
-    # Whether eqs (7), (11) and (13) give one conductance at P_0, T_0 and x_0.
-    "wall_laws_agree": lambda _: Finding(
-        holds=len({wall_conductance(0.5, 1.0, 1.0, *e) for e in ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5))}) == 1
     ),
 }

@@ -4,8 +4,6 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from paper.study.paper_2006.paper_models import PAPER_MODELS, processes
 from paper.study.paper_2006.results import StudyResults
 from paper.study.paper_2006.table_cells import number_at
@@ -152,12 +150,3 @@ def no_single_best(results: StudyResults) -> Finding:
     winners = mse.min("n").idxmin("model").values.tolist()
     words = [f"{model} best in {winners.count(model)}" for model in PAPER_MODELS if model in winners]
     return Finding(holds=len(words) > 1, shown=", ".join(words))
-
-
-def same_cells(results: StudyResults, one: str, other: str, n: float) -> Finding:
-    """Whether two models have the same errors in every experiment at one n."""
-    pair = [results.cells["mse"].sel(model=model, n=n).values for model in (one, other)]
-    worst = float(np.nanmax(np.abs(pair[0] / pair[1] - 1)))
-    # Wall heat is a zero times k_0 there, and rounding of mu^2 + sigma^2 is all that can differ.
-    words = f"largest relative difference of mean square errors {worst:.1g}"
-    return Finding(holds=worst <= 1e-12, shown=words)

@@ -1,5 +1,6 @@
 """Runs of another simulator, judged as the study's own are: the files that docs/verdict.md describes."""
 
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -9,25 +10,22 @@ import xarray as xr
 
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
-from paper.study.paper_2006.results import ComputedResults, PrintedTables
+from paper.study.paper_2006.results import PrintedTables, StudyResults
 from paper.study.paper_2006.summary import EXPERIMENTS, fit, scores
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import ResultError, printable
-from pneumo.physics.models import MODELS
 from pneumo.regular_file import regular_file
 from pneumo.simulation.full_order import Recording
-from pneumo.simulation.settling import QUANTITIES
 from pneumo.simulation.signals import PUBLISHED, study_sampling
-from pneumo.statistics.averages import OVERALL
+from pneumo.statistics.averages import OVERALL, concatenated, statistics
 from pneumo.storage.files import check_sizes
 from pneumo.storage.grid_layout import replayed_grid
-from pneumo.storage.layout import CHAMBERS, datum_dataset, experiment_labels
+from pneumo.storage.layout import datum_dataset
 from pneumo.verdict.judging import Item, Paper, Sources, verdict
 from pneumo.verdict.sources import MissingEvidence
 
 SIGNALS = ("t", "u", "x", "v", "P_A", "P_B")  # of every run: s, V, m, m/s, Pa
 TEMPERATURES = ("T_A", "T_B")  # K; where they are missing, items about them are not judged
-ERRORS = ("model", "n", "chamber", "mean_error", "mse")  # of a simulator's own replays: Pa, Pa^2
 LARGEST = 2**31  # bytes of a file, and of its content in memory
 TIME_STEP = 1e-6  # s, by which a sample's time may be off
 
@@ -98,93 +96,56 @@ def read_run(file: Path, e: Experiment) -> tuple[Recording, xr.Dataset]:
     return recording, run
 
 
-def read_errors(file: Path, e: Experiment, n: tuple[float, ...]) -> xr.Dataset:
-    """Errors of a simulator's own replays of an experiment, Pa and Pa^2, by (model, n, chamber).
+class OtherResults(StudyResults):
+    """Results of another simulator: its runs by experiment, and pneumo's replays on them."""
 
-    In the file a model without n has one row per chamber, at any n. `ResultError` if a cell of the study is
-    missing or there twice.
-    """
-    table = read_columns(file, ERRORS)
-    parts = dict[str, xr.Dataset]()
-    for name, model in MODELS.items():
-        rows = table[table["model"] == name]
-        rows = rows.assign(n=rows["n"].round(6)) if model.has_n else rows.assign(n=n[0])
-        cells = rows.set_index(["n", "chamber"])[["mean_error", "mse"]]
-        asked = pd.MultiIndex.from_product([n if model.has_n else n[:1], CHAMBERS], names=["n", "chamber"])
-        lost = asked.difference(cells.index)
-        if cells.index.has_duplicates or len(lost):
-            words = "a cell twice" if cells.index.has_duplicates else f"no cell of n, chamber {lost[0]}"
-            raise ResultError(f"{file}: {name} has {words}: must have one row for each n and chamber")
-        part = cells.loc[asked].to_xarray()
-        parts[name] = part if model.has_n else part.isel(n=0, drop=True).expand_dims(n=list(n))
-    cells = xr.concat(parts.values(), xr.Variable("model", list(parts))).astype(float)
-    cells = cells.transpose("model", "n", "chamber")
-    cells["variance"] = cells["mse"] - cells["mean_error"] ** 2
-    cells["status"] = xr.zeros_like(cells["mse"], dtype=np.int8)
-    cells["failure_time"] = xr.full_like(cells["mse"], np.nan)
-    return cells.assign_coords(experiment_labels(e))
+    def __init__(self, folder: Path, study: Study, cells: xr.Dataset, runs: dict[str, xr.Dataset]) -> None:
+        super().__init__(folder, PUBLISHED)
+        self.study, self.runs = study, runs
+        self.statistics = statistics(cells, study.experiments_by_level, percentiles=study.percentiles)
+        self.cells = concatenated(cells)
 
-
-def read_settling(folder: Path, study: Study) -> xr.DataArray:
-    """Settling times of ``settling.csv``, s, by (experiment, quantity); NaN where there is none."""
-    files = [folder / "settling.csv"]
-    table = read_columns(files[0], ("experiment",)) if files[0].exists() else pd.DataFrame({"experiment": []})
-    times = table.set_index("experiment").reindex(index=list(study.experiments), columns=list(QUANTITIES))
-    return xr.DataArray(
-        times.to_numpy(float), {"experiment": list(study.experiments), "quantity": list(QUANTITIES)}
-    )
-
-
-class OtherResults(ComputedResults):
-    """Results of another simulator: its runs, and replays on them."""
+    @cached_property
+    def settling_times(self) -> xr.DataArray:
+        """Raise `MissingEvidence`: settling runs are not read."""
+        raise MissingEvidence("no settling runs were given")
 
     def run(self, kind: str, experiment: str, /, *variables: str) -> xr.Dataset:
         """Full-order run of one experiment; `MissingEvidence` if it was not given, and for settling runs."""
-        if (kind, experiment) not in self.runs:
+        if kind != "datum" or experiment not in self.runs:
             raise MissingEvidence(f"no {kind} run of {experiment} was given")
-        return super().run(kind, experiment, *variables)
+        run = self.runs[experiment]
+        return run[list(variables)] if variables else run
 
 
 def other_results(folder: Path, study: Study, report: Any = lambda _text: None) -> OtherResults:
     """Results of another simulator from a folder of its runs, ``E01.csv`` or ``.nc`` and so on.
 
-    Replays are those of ``E01_replays.csv`` or ``.nc`` where it is there, else pneumo replays its models on
-    the run, signals sampled as in the paper. `report` is called with a line of text for each
-    experiment. `ResultError` if there is no run, or one cannot be used.
+    pneumo replays its models on each run, signals sampled as in the paper. `report` is called with a line of
+    text for each experiment. `ResultError` if there is no run, or one cannot be used.
     """
-    cells, runs = list[xr.Dataset](), dict[tuple[str, str], xr.Dataset]()
+    cells, runs = list[xr.Dataset](), dict[str, xr.Dataset]()
     for name, e in study.experiments.items():
-        file = _first(folder, name)
+        file = next((f for kind in ("nc", "csv") if (f := folder / f"{name}.{kind}").exists()), None)
         if file is None:
             continue
         recording, run = read_run(file, e)
-        replays = _first(folder, f"{name}_replays")
-        if replays is None:
-            cells.append(replayed_grid(e, study.n, recording, study_sampling(PUBLISHED, e), e.steps))
-        else:
-            cells.append(read_errors(replays, e, study.n))
-        runs["datum", name] = run
-        report(f"{name}: {file.name}, {'its own replays' if replays else 'replayed by pneumo'}")
+        grid = replayed_grid(e, study.n, recording, study_sampling(PUBLISHED, e), e.steps)
+        cells.append(grid.drop_vars(["pressure", "t"]))
+        runs[name] = run
+        report(f"{name}: {file.name}, replayed")
     if not cells:
         raise ResultError(f"{folder}: holds no run such as E01.csv or E01.nc")
-    names = [name for _, name in runs]
-    part = study._replace(experiments={name: study.experiments[name] for name in names})
-    labels = ["cylinder", "loop", "k_0", "experiment"]
-    grid = xr.concat(
-        [each.drop_vars(["pressure", "t"], errors="ignore") for each in cells], "experiment", coords=labels
-    )
-    results = OtherResults(part, PUBLISHED, grid, read_settling(folder, part), runs, folder)
+    part = study._replace(experiments={name: study.experiments[name] for name in runs})
+    cells = xr.concat(cells, "experiment", coords=["cylinder", "loop", "k_0", "experiment"])
+    results = OtherResults(folder, part, cells, runs)
     whole = {OVERALL: list(study.experiments), **study.experiments_by_level}
     levels = results.statistics["level"]
-    lacks = [level for level in levels.values if not set(whole[level]) <= set(names)]
+    lacks = [level for level in levels.values if not set(whole[level]) <= set(runs)]
     results.statistics = results.statistics.map(  # an average of some experiments is not the table's
         lambda table: table.where(~levels.isin(lacks)) if "level" in table.dims else table
     )
     return results
-
-
-def _first(folder: Path, stem: str) -> Path | None:
-    return next((file for kind in ("nc", "csv") if (file := folder / f"{stem}.{kind}").exists()), None)
 
 
 def paper_for(results: OtherResults, tool: str) -> Paper:
@@ -211,9 +172,7 @@ def paper_for(results: OtherResults, tool: str) -> Paper:
         sources=sources,
         about=about,
         highlights=highlights,
-        alternatives=Paper._field_defaults["alternatives"],
         chi_square=PAPER_2006.chi_square if whole else Paper._field_defaults["chi_square"],
-        reads=(),
     )
 
 

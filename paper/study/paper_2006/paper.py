@@ -4,22 +4,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
 from paper.study import PAPERS
-from paper.study.known_papers import KNOWN
 from paper.study.paper_2006.computations import COMPUTATIONS
-from paper.study.paper_2006.doubt_arguments import ARGUMENTS
 from paper.study.paper_2006.erratum_proofs import PROOFS
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2006.results import PrintedTables, StudyResults
 from paper.study.paper_2006.summary import EXPERIMENTS, highlights
+from paper.study.paper_2006.suspected_misprints import ARGUMENTS
 from pneumo.configuration.parameters import load, study
 from pneumo.configuration.study_json import plain
 from pneumo.errors import ResultError
 from pneumo.simulation.signals import STUDY_SAMPLINGS
-from pneumo.storage.files import read
-from pneumo.storage.kept_evidence import evidence_file
 from pneumo.verdict.judging import Paper, Sources
 
 RUNS = {"failures": "datum", "settling_failures": "settling"}
@@ -52,12 +47,6 @@ def changed(sources: Sources) -> str:
     return f"the parameters of {', '.join(names)} are not the paper's" if names else ""
 
 
-def alternatives(results: Path, sources: Sources) -> xr.DataArray | None:
-    """Reproduced number of each item, by (alternative, item), from ``assumptions.nc``; None if not run."""
-    toggled = evidence_file(results, "assumptions.nc", sources["published"].study.config_sha256)
-    return read(toggled, "reproduced")["reproduced"] if toggled else None
-
-
 def chi_square(sources: Sources, items: Sequence[str]) -> float | None:
     """Chi-square of numbers of Tables 7, 8, 9 and Figs 9, 11; None for others, or without other seeds."""
     published: StudyResults = sources["published"]
@@ -67,15 +56,10 @@ def chi_square(sources: Sources, items: Sequence[str]) -> float | None:
 PAPER_2006 = Paper(
     PAPER_FOLDER,
     COMPUTATIONS,
-    PROOFS,
+    PROOFS | ARGUMENTS,
     sources,
-    about,
-    highlights,
-    module=__name__,
-    reads=KNOWN["2006"].reads,
-    command="pneumo paper explain",
-    alternatives=alternatives,
+    highlights=highlights,
+    about=about,
     changed=changed,
-    arguments=ARGUMENTS,
     chi_square=chi_square,
 )

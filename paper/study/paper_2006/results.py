@@ -1,9 +1,7 @@
 """Results that the claims of 2006 are compared with: those of a study, or the printed tables."""
 
-from collections.abc import Mapping
 from functools import cached_property, lru_cache
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
@@ -14,7 +12,7 @@ from paper.study.paper_2006.printed_tables import STATISTICS, percentiles, table
 from paper.study.paper_2006.table_likelihood import TableLikelihood, numbers_over_seeds
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.errors import ResultError
-from pneumo.statistics.averages import OVERALL, concatenated, statistics
+from pneumo.statistics.averages import OVERALL, concatenated
 from pneumo.storage.files import open_grid, read, read_study
 from pneumo.storage.layout import failure_text
 from pneumo.verdict.sources import MissingEvidence
@@ -101,34 +99,6 @@ class StudyResults:
         if not selected:
             raise MissingEvidence("this study has no such experiment")
         return selected
-
-
-class ComputedResults(StudyResults):
-    """Results of a study with its cells in memory; runs and times not given are read from a folder."""
-
-    def __init__(
-        self,
-        study: Study,
-        transport: str,
-        cells: xr.Dataset,
-        settling_times: xr.DataArray | None = None,
-        runs: Mapping[tuple[str, str], xr.Dataset] = MappingProxyType({}),  # by (kind, experiment)
-        folder: Path = Path(),
-        ddof: int = 1,
-    ) -> None:
-        super().__init__(folder, transport)
-        self.study, self.runs = study, runs
-        self.statistics = statistics(cells, study.experiments_by_level, ddof, study.percentiles)
-        self.cells = concatenated(cells)
-        if settling_times is not None:
-            self.settling_times = settling_times
-
-    def run(self, kind: str, experiment: str, /, *variables: str) -> xr.Dataset:
-        """Full-order (``datum``) or ``settling`` run of one experiment, or some of its variables."""
-        if (kind, experiment) not in self.runs:
-            return super().run(kind, experiment, *variables)
-        run = self.runs[kind, experiment]
-        return run[list(variables)] if variables else run
 
 
 class PrintedTables(StudyResults):

@@ -1,11 +1,9 @@
 """Statements about runs: excursions, air in the chambers, settling runs."""
 
 import numpy as np
-import xarray as xr
 
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2006.results import StudyResults
-from pneumo.statistics.averages import OVERALL
 from pneumo.verdict.published import read_cells
 from pneumo.verdict.sources import Finding, MissingEvidence
 
@@ -25,27 +23,6 @@ def swing(results: StudyResults, quantity: str, side: str) -> Finding:
     return Finding(low=min(excursions.values()), high=max(excursions.values()), shown=words)
 
 
-def number_of_states(results: StudyResults) -> Finding:
-    """Number of states: position, velocity, pressures and temperatures of the chambers."""
-    datum = results.run("datum", next(iter(results.study.experiments)), "x", "v", "P", "T")
-    return Finding(sum(datum[name].sizes.get("chamber", 1) for name in ("x", "v", "P", "T")))
-
-
-def air_is_kept(results: StudyResults) -> Finding:
-    """Whether the mass of air in each chamber is constant after release, in every open-loop settling run."""
-    worst = 0.0
-    for name, experiment in results.experiments(closed_loop=False).items():
-        run = results.run("settling", name)
-        run = run.sel(t=slice(float(run["release_time"]), None))
-        c = experiment.plant.cylinder
-        outward = run["x"] * xr.DataArray([1.0, -1.0], {"chamber": ["A", "B"]})
-        volume = c.V_d_A + c.A_A * (c.stroke / 2 + outward)
-        mass = run["P"] * volume / (experiment.plant.gas.R * run["T"])
-        worst = max(worst, float(np.abs(mass / mass.isel(t=0) - 1).max()))
-    # P and T are the integrator's states, so mass is constant only within its error.
-    return Finding(holds=worst <= 1e-3, shown=f"mass changes by at most {worst:.1g} of itself")
-
-
 def piston_stays_off_the_ends(results: StudyResults) -> Finding:
     """Whether the open-loop piston never reaches the ends of the stroke."""
     reach, name = max(
@@ -53,16 +30,6 @@ def piston_stays_off_the_ends(results: StudyResults) -> Finding:
         for name, experiment in results.experiments(closed_loop=False).items()
     )
     return Finding(holds=reach < 1, shown=f"{100 * reach:.1f} % of the half-stroke at most ({name})")
-
-
-def number_of_experiments(results: StudyResults) -> Finding:
-    """Number of experiments in the averages of Table 7."""
-    return Finding(int(results.statistics["experiments"].sel(level=OVERALL)))
-
-
-def release_time(results: StudyResults, experiment: str) -> Finding:
-    """Time at which the force is released, s."""
-    return Finding(float(results.run("settling", experiment)["release_time"]))
 
 
 def value_after_release(

@@ -1,32 +1,17 @@
 """Section 4's set-up: counts and ranges that follow from the paper's own numbers."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from paper.study.paper_2006.paper_models import PAPER_MODELS, processes
+from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.printed_tables import read_table, table7, table9
 from paper.study.paper_2006.results import StudyResults
-from pneumo.verdict.sources import Finding, MissingEvidence
+from pneumo.verdict.sources import Finding
 
 WITH_N = [name for name, model in PAPER_MODELS.items() if model.has_n]
 WITHOUT_N = [name for name in PAPER_MODELS if name not in WITH_N]
 NAMES = ("mean_error", "std", "mse")
-
-
-def excitation_bandwidth(results: StudyResults) -> Finding:
-    """Half the rate at which cylinder D's command gets a new random value, Hz."""
-    experiment = next(iter(results.experiments("D").values()))
-    return Finding(1 / (2 * experiment.excitation.every * experiment.h))
-
-
-def conductances_enclose(results: StudyResults, low: float, high: float) -> Finding:
-    """Whether the range from `low` to `high` lies between the second and third of the study's four k_0."""
-    k_0 = sorted({float(f"{e.plant.k_0:.2g}") for e in results.study.experiments.values()})
-    if len(k_0) != 4:
-        raise MissingEvidence("this study does not have the paper's four conductances")
-    holds = k_0[0] < k_0[1] <= low and high <= k_0[2] < k_0[3]
-    return Finding(holds=holds, shown=f"{k_0[1]:g} to {k_0[2]:g} W/K")
 
 
 def number_of_runs(results: StudyResults) -> Finding:
@@ -35,13 +20,6 @@ def number_of_runs(results: StudyResults) -> Finding:
     with_n, others = len(WITH_N), len(WITHOUT_N)
     runs = experiments * (with_n * values + others)
     return Finding(runs, shown=f"{experiments} ({with_n} x {values} + {others})")
-
-
-def simplest(_: StudyResults, models: Sequence[str], claimed: str) -> Finding:
-    """Whether `claimed` has fewer processes than each other one of `models`."""
-    count = {model: processes(model) for model in models}
-    words = ", ".join(f"{model} has {number}" for model, number in count.items())
-    return Finding(holds=all(count[claimed] < count[m] for m in models if m != claimed), shown=words)
 
 
 def rows_within(divisor_is_N: bool) -> tuple[int, int]:
@@ -73,7 +51,5 @@ def rows_fit_eq_16(_: StudyResults) -> Finding:
 # Computations of one line: the grid of n, and the models with and without n.
 COUNTS: dict[str, Callable[[StudyResults], Finding]] = {
     "step_of_n": lambda results: Finding(float(np.round(np.diff(results.study.n).mean(), 9))),
-    "number_of_n": lambda results: Finding(len(results.study.n)),
     "models_with_n": lambda _: Finding(len(WITH_N), shown=", ".join(WITH_N)),
-    "models_without_n": lambda _: Finding(len(WITHOUT_N), shown=", ".join(WITHOUT_N)),
 }

@@ -51,7 +51,7 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for table in (7, 9):
         errors = [item for item in cells if (item["table"], item["column"]) == (table, "mse")]
-        logs = [math.log1p(item["deviation"]) for item in errors if item["deviation"] > -1]
+        logs = [math.log1p(item["relative"]) for item in errors if item["relative"] > -1]
         if logs:
             result[f"table_{table}_mse"] = {
                 "cells": len(logs),

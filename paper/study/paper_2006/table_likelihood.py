@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from paper.study.kept_evidence import evidence_file
 from paper.study.paper_2006.likelihood import chi_square, shrunk_covariance
 from paper.study.paper_2006.numbers_of_tables import numbers_of_tables, printed_numbers
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from pneumo.configuration.experiment import Study
 from pneumo.simulation.signals import PUBLISHED
 from pneumo.storage.files import read
-from pneumo.storage.kept_evidence import evidence_file
 
 
 def numbers_over_seeds(results: Path, study: Study) -> np.ndarray | None:

@@ -1,15 +1,13 @@
 """The paper of 2007: its files and functions, as `pneumo.verdict.judging` reads them."""
 
 from pathlib import Path
-from typing import Any
 
-from paper.study.known_papers import KNOWN
 from paper.study.paper_2007.computations import COMPUTATIONS
 from paper.study.paper_2007.erratum_proofs import PROOFS
 from paper.study.paper_2007.printed_tables import PAPER_FOLDER
 from paper.study.paper_2007.results import Results
 from paper.study.paper_2007.summary import highlights
-from pneumo.verdict.judging import Paper, Sources
+from pneumo.verdict.judging import Paper
 
 
 def sources(results: Path, folder: Path) -> dict[str, Results]:
@@ -17,19 +15,10 @@ def sources(results: Path, folder: Path) -> dict[str, Results]:
     return {"results": Results(results, folder)}
 
 
-def about(_: Sources) -> dict[str, Any]:
-    """No facts about the study: nothing is shortened and nothing can fail."""
-    return {"study": "paper", "failures": {}, "settling_failures": {}}
-
-
 PAPER_2007 = Paper(
     PAPER_FOLDER,
     COMPUTATIONS,
     PROOFS,
     sources,
-    about,
-    highlights,
-    module=__name__,
-    reads=KNOWN["2007"].reads,
-    command="pneumo paper explain --paper 2007",
+    highlights=highlights,
 )

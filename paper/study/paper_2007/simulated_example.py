@@ -87,7 +87,7 @@ def estimated(t: np.ndarray, P: np.ndarray, final: str) -> tuple[Exponential, Co
 
 
 def example() -> xr.Dataset:
-    """Response and regression of the reading `TAKEN`, by `t`; seven steps of every reading, by `reading`.
+    """Pressure of the reading `TAKEN`, by `t`; seven steps of every reading, by `reading`.
 
     SI units; variables of the steps have the names of `seven_steps`.
     """
@@ -100,10 +100,12 @@ def example() -> xr.Dataset:
             numbers = steps._asdict() | {"P_f": fit.P_f, "delta_P": fit.delta_P, "tau": fit.tau}
             rows[reading] = [numbers[name] for name in STEPS]
     columns = np.array([rows[reading] for reading in READINGS]).T
-    t, P, T = response(TAKEN.area, TAKEN.push, TAKEN.window)
-    fitted = P - estimated(t, P, TAKEN.final)[0].residual
-    traces = {"P": (P, "Pa"), "T": (T, "K"), "fitted": (fitted, "Pa")}
+    t, P, _ = response(TAKEN.area, TAKEN.push, TAKEN.window)
     about = {
+        "area": ("", "wall of the simulation"),
+        "final": ("", "final pressure of the regression"),
+        "push": ("s", "duration of the push at constant speed"),
+        "window": ("s", "length of the regression, from the peak on"),
         "P_f": ("Pa", "final pressure"),
         "delta_P": ("Pa", "change of pressure of the regression"),
         "tau": ("s", "thermal time constant"),
@@ -118,14 +120,12 @@ def example() -> xr.Dataset:
         "lambda_0": ("W m-2 K-1", "heat transfer coefficient at equilibrium"),
         "k_0": ("W K-1", "conductance of the wall at equilibrium"),
     }
-    fields = zip(*READINGS, strict=True)
-    return xr.Dataset(
-        {name: ("t", values, {"units": unit}) for name, (values, unit) in traces.items()}
-        | {
-            n: ("reading", c, dict(zip(("units", "long_name"), about[n], strict=True)))
-            for n, c in zip(STEPS, columns, strict=True)
-        },
-        {"t": ("t", t, {"units": "s", "long_name": "time from the peak"})}
-        | {f: ("reading", list(v)) for f, v in zip(Reading._fields, fields, strict=True)},
-        {"taken": READINGS.index(TAKEN)},
-    )
+    settings = dict(zip(Reading._fields, map(list, zip(*READINGS, strict=True)), strict=True))
+    by_reading = settings | dict(zip(STEPS, columns, strict=True))
+    example = xr.Dataset({name: ("reading", values) for name, values in by_reading.items()})
+    for name, (unit, long_name) in about.items():
+        example[name].attrs = {"long_name": long_name} | ({"units": unit} if unit else {})
+    time = {"units": "s", "long_name": "time from the peak"}
+    example = example.assign_coords(t=("t", t, time)).set_coords(list(settings))
+    example["P"] = "t", P, {"units": "Pa", "long_name": "pressure in the reading that is taken"}
+    return example.assign_attrs(taken=READINGS.index(TAKEN))

@@ -2,16 +2,18 @@
 
 import itertools
 from collections.abc import Sequence
+from math import pi
 from typing import Any
 
 import numpy as np
 
-from paper.study.paper_2007.coefficient_trend import quoted_coefficient
-from paper.study.paper_2007.printed_tables import COLUMNS
+from paper.study.paper_2007.printed_tables import COLUMNS, PAPER_FOLDER
 from paper.study.paper_2007.results import Results
-from paper.study.paper_2007.simulated_example import AREAS, LAMBDA_0, STEPS, TAKEN, WALL_AREA
+from paper.study.paper_2007.simulated_example import AREAS, LAMBDA_0, P_0, STEPS, T_0, TAKEN, WALL_AREA
+from pneumo.catalogue import coefficient_times_length
+from pneumo.physics.cylinder import wetted_area
 from pneumo.verdict.judging import Item, Sources, six_digits
-from pneumo.verdict.published import half_unit
+from pneumo.verdict.published import half_unit, read_cells
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
@@ -42,3 +44,20 @@ def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
     rooms = {column: list(map(six_digits, results.allowed(column)["T_amb"])) for column in COLUMNS}
     summary = {"readings": readings, "numbers": len(printed), "taken": TAKEN._asdict() | taken}
     return summary | {"rooms": rooms, "quoted": quoted_coefficient()}
+
+
+def quoted_coefficient() -> dict[str, float]:
+    """Coefficient that the paper quotes for another cylinder, and the one predicted from its size.
+
+    ``lambda_0``, W/(m^2 K), is the quoted one, converted to P_0 and T_0: it grows with the root of P T.
+    ``predicted`` and ``highest``, W/(m^2 K), come from `pneumo.catalogue`, from the product of lambda_0 and
+    ``length``: V / A_q, m, with the piston at the end.
+    """
+    det = {c["column"]: float(c["printed"]) * float(c["scale"]) for c in read_cells("quoted", PAPER_FOLDER)}
+    V = pi / 4 * det["bore"] ** 2 * det["stroke"]
+    length = V / wetted_area(V, det["bore"])
+    at_rest = det["lambda_av"] * (P_0 * T_0 / (det["P"] * det["T"])) ** 0.5
+    product, factor = coefficient_times_length()
+    numbers = {"length": length, "lambda_0": at_rest, "predicted": product / length}
+    numbers["highest"] = product * factor / length
+    return {name: float(f"{value:.6g}") for name, value in numbers.items()}

@@ -11,6 +11,7 @@ from pneumo.storage.files import read
 from pneumo.verdict.claims import BASES
 
 TEXT_WIDTH = 100
+PROVED = {True: "true", False: "false", None: "open"}
 
 
 def item_text(item: Mapping[str, Any], errata: Mapping[str, Any]) -> str:
@@ -20,6 +21,7 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any]) -> str:
     """
     tolerance = item["tolerance"]
     sense = "" if tolerance["sense"] == "equal" else f", {tolerance['sense'].replace('_', ' ')}"
+    seeds = f"; at most {tolerance['seeds']:g} of the deviation over seeds" if tolerance["seeds"] else ""
     scale = "" if item["scale"] in (1, 0.01) else f" x {item['scale']:g}"
     lines = [
         ("where", item["where"]),
@@ -28,24 +30,23 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any]) -> str:
         ("reproduced", item["shown"] or "nothing"),
         ("status", item["status"]),
         ("reason", item["reason"]),
-        ("tolerance", f"class {tolerance['class']}{sense}: {tolerance['limit']:g}, {tolerance['measure']}"),
-        ("kind", item["kind"]),
+        (
+            "tolerance",
+            f"class {tolerance['class']}{sense}: {tolerance['limit']:g}, {tolerance['measure']}{seeds}",
+        ),
         ("basis", f"{item['basis']}: {BASES[item['basis']]}"),
         ("fact", item["fact"]),
         ("seeds", "" if item["seeds"] is None else f"{item['seeds']:+.2g} standard deviations over seeds"),
-        ("doubt", ", ".join(item["doubts"])),
     ]
     for key, label in (("exact", "with exact signals"), ("printed", "by the paper's own tables")):
         if (stands := item[f"stands_{key}"]) is not None:
             value = f": {item[f'shown_{key}']}" if item[f"shown_{key}"] else ""
             lines.append((label, ("true" if stands else "not true") + value))
-    if item["erratum"]:
-        erratum = errata[item["erratum"]]
-        proof = "true" if erratum["passes"] else "false"
-        lines.append(("erratum", f"{item['erratum']}: {erratum['printed']} -> {erratum['meant']}"))
-        lines.append(("proof", f"{proof}: {erratum['evidence']}"))
+    for name in item["errata"]:
+        erratum = errata[name]
+        lines.append(("erratum", f"{name}: {erratum['printed']} -> {erratum['meant']}"))
+        lines.append(("proof", f"{PROVED[erratum['passes']]}: {erratum['evidence']}"))
     evidence = item["evidence"]
-    lines.append(("assumption", item["assumption"] or ""))
     lines.append(("evidence", f"{evidence['path']}: {evidence['select']} ({evidence['compute']})"))
     wrapped = textwrap.TextWrapper(TEXT_WIDTH, subsequent_indent=" " * 28, break_long_words=False)
     filled = (wrapped.fill(f"  {label:26}{text}") for label, text in lines if text)

@@ -3,7 +3,6 @@
 The Typst source reads every number from a JSON file, none is typed there.
 """
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,11 @@ from numpy.typing import ArrayLike
 
 from paper.study.text.verdict_text import size_text
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.study_json import from_json
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text
 from pneumo.simulation.signals import EXACT, STUDY_SAMPLINGS
 from pneumo.statistics.intervals import CONFIDENCE
-from pneumo.storage.files import atomic, read_json
+from pneumo.storage.files import atomic, read_json, read_study
 from pneumo.verdict.facts import AGREES, NOT_JUDGED, headline_text
 
 CLAIMED = {  # printed numbers quoted in the text -> item of the verdict
@@ -38,8 +36,8 @@ def manuscript_numbers(parameters: Path, verdict: Path) -> dict[str, Any]:
     """
     return {
         "confidence": percent_text(CONFIDENCE),
-        "setup": _setup(from_json(read_json(parameters))),
-        "verdict": _verdict(json.loads(read_json(verdict))),
+        "setup": _setup(read_study(parameters)),
+        "verdict": _verdict(read_json(verdict)),
         "models": [_model(name) for name in MODELS],
     }
 
@@ -78,26 +76,25 @@ def _setup(study: Study) -> dict[str, Any]:
 
 
 def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
-    highlights, counts = verdict["highlights"], verdict["counts"]
+    highlights = verdict["highlights"]
+    proved = [erratum for erratum in verdict["errata"] if not erratum["items"]]
     scores, transport = highlights["scores"], highlights["transport"]
     rows = {row["model"]: row for row in highlights["wrong_row"] if row["source"] == "printed"}
     printed = {item["id"]: f"{item['printed']} {item['unit']}".rstrip() for item in verdict["items"]}
     exact = {row["level"]: row["quotients"]["M8/M7"] for row in transport if row["source"] == EXACT}
     table_8, table_5 = scores["table_8"], scores["table_5"]
     return {
-        "counts": _texts(counts),
+        "items": str(len(verdict["items"])),
         "headline": headline_text(verdict["headline"]),
         "facts": [
             {"says": fact["says"], "status": fact["status"], "size": size_text(fact)}
             for fact in verdict["facts"]
             if fact["status"] not in (AGREES, NOT_JUDGED)
         ],
-        "places": str(len(verdict["errata"])),
+        "places": str(len(proved)),
         "claimed": {key: printed[item] for key, item in CLAIMED.items()},
         "exact": {level: percent_text(quotient) for level, quotient in exact.items()},
-        "errata": [
-            {key: erratum[key] for key in ("where", "printed", "meant")} for erratum in verdict["errata"]
-        ],
+        "errata": [{key: erratum[key] for key in ("where", "printed", "meant")} for erratum in proved],
         "scores": {
             **{f"table_{i}": percent_text(scores[f"table_{i}_mse"]["rms_of_ln_ratio"], 1) for i in (7, 9)},
             "table_8": f"{table_8['exact']} of {table_8['cells']}",
@@ -117,10 +114,6 @@ def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
         ],
         "by_experiment": {name: _span(highlights["by_experiment"][name]) for name in STUDY_SAMPLINGS},
     }
-
-
-def _texts(numbers: Mapping[str, int]) -> dict[str, str]:
-    return {"all" if name == "items" else name: str(number) for name, number in numbers.items()}
 
 
 def _span(values: ArrayLike, digits: int = 2) -> dict[str, str]:

@@ -11,16 +11,13 @@ from pneumo.fitting.fit_problem import ON_BOUND
 from pneumo.fitting.fit_result import Estimate
 from pneumo.fitting.fit_warnings import (
     apart,
-    dead_volume_warnings,
     disagreements,
-    index_warnings,
-    on_bound,
+    odd_values,
     residual_warnings,
+    undetermined_notes,
 )
-from pneumo.fitting.fitted_parameters import QUANTITIES
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import Residual
-from pneumo.fitting.settings import VAGUE
 from pneumo.fitting.stage_signals import smoothing
 from pneumo.physics.cylinder import chamber_of
 
@@ -88,16 +85,16 @@ def closed_warnings(
     best = next(iter(estimates))
     wall = next(estimate for law, estimate in estimates.items() if LAWS[law].explicit_heat)
     result = residual_warnings(best, residuals[best])
-    for name, value in wall.values.items():
-        if name.startswith("V_d"):
-            ratio = value / getattr(plant.cylinder, name)
-            result += [on_bound(name, value)] if ratio < BOUNDS["V_d"][0] * (1 + ON_BOUND) else []
-            result += dead_volume_warnings(name, value, plant)
-        if name in DETERMINED and not wall.high[name] < VAGUE * wall.low[name]:
-            result.append(f"this record does not determine {QUANTITIES[name].name}: {REMEDY}")
-    if "free n" in estimates:
-        n, meaning = estimates["free n"].values["n"], "no n describes wall heat and leakage of this record"
-        result += index_warnings(n, plant.gas.gamma, meaning)
+    at_bound = [
+        name
+        for name, value in wall.values.items()
+        if name.startswith("V_d")
+        and value < BOUNDS["V_d"][0] * (1 + ON_BOUND) * getattr(plant.cylinder, name)
+    ]
+    meaning = "no n describes wall heat and leakage of this record"
+    free = {name: estimates["free n"].values[name] for name in ("n",) if "free n" in estimates}
+    result += odd_values(wall.values | free, at_bound, plant, meaning=meaning)
+    result += undetermined_notes(wall, DETERMINED, remedies={}, remedy=REMEDY)
     ends = [(wall.low[name], wall.high[name]) for name in ("k_0_A", "k_0_B") if name in wall.low]
     if ends and apart(ends):
         result.append(

@@ -10,19 +10,18 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import make_smoothing_spline
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.fitting.closed.closed_checks import check_closed, closed_warnings
-from pneumo.fitting.closed.closed_problem import LAWS, LOGARITHMIC, ClosedProblem, ClosedRecord, fitted_names
-from pneumo.fitting.engine import covariances, parameter_interval
+from pneumo.fitting.closed.closed_problem import LAWS, ClosedProblem, ClosedRecord, fitted_names
+from pneumo.fitting.engine import covariances
 from pneumo.fitting.estimate import alike_notes, at_temperature, error_line, ranked
-from pneumo.fitting.fit_result import ClosedChambersResult, Estimate, equally_good, fit_data
+from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import Residual, split_residuals
 from pneumo.fitting.settings import LARGEST_MOTION, PART
-from pneumo.fitting.stage_signals import smoothing
+from pneumo.fitting.stage_signals import smoothed
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import Side, chamber_of, volume
 
@@ -34,10 +33,7 @@ MOST_SAMPLES = 4000  # of a chamber in the sum of squares
 def closed_record(measurement: Measurement, plant: Plant) -> ClosedRecord:
     """Record with a smoothed position."""
     c, gas, cylinder, t, x = plant.conditions, plant.gas, plant.cylinder, measurement.t, measurement.x
-    if np.ptp(x) > 0:
-        penalty, _ = smoothing(x, measurement.period)
-        x = make_smoothing_spline(t, x, lam=penalty)(t)
-    x, areas = x + cylinder.stroke / 2, (cylinder.A_A, cylinder.A_B)
+    x, areas = smoothed(t, x) + cylinder.stroke / 2, (cylinder.A_A, cylinder.A_B)
     size = areas, cylinder.bore, cylinder.stroke
     return ClosedRecord(
         measurement.name, t, x, measurement.P, *size, gas.R, gas.gamma, c.T_amb, c.P_0 * c.T_0
@@ -56,7 +52,7 @@ def fit_closed(
     part: float = PART,
     check: bool = True,
     progress: Callable[[str], None] = lambda _text: None,
-) -> ClosedChambersResult:
+) -> FitResult:
     """Fit thermal laws to two closed chambers.
 
     Parameters
@@ -90,14 +86,17 @@ def fit_closed(
         progress(error_line(name, estimates[name]))
     estimates = ranked(estimates)
     data = fit_data(measurement, estimates, REPORTED)
-    return ClosedChambersResult(
+    return FitResult(
         data=data.drop_vars(["u", "m"], errors="ignore"),
         notes=(*measurement.notes, *notes, *alike_notes(equally_good(estimates))),
         warnings=tuple(closed_warnings(estimates, residuals, plant)),
         held_out_from=float(measurement.t[fitted - 1]),
-        chambers=", ".join(Side(side).name for side in chambers),
-        T_wall=plant.conditions.T_amb,
-        P_0=plant.conditions.P_0,
+        of="closed",
+        conventions={
+            "closed_chambers": ", ".join(Side(side).name for side in chambers),
+            "T_wall_K": plant.conditions.T_amb,
+            "P_0_Pa": plant.conditions.P_0,
+        },
     )
 
 
@@ -136,11 +135,7 @@ def estimated(problem: ClosedProblem) -> tuple[Estimate, dict[str, Residual]]:
     far = any(part.far_from_noise for part in split)
     both = covariances(best, best.squares if far else 0.0)
     values = problem.values(best.theta)
-    low: dict[str, float] = {}
-    high: dict[str, float] = {}
-    for i, name in enumerate(problem.names):
-        ends = parameter_interval(problem, best, i, both, logarithmic=name in LOGARITHMIC)
-        low[name], high[name] = (problem.si(name, end) if np.isfinite(end) else np.nan for end in ends)
+    low, high = problem.intervals(best, both)
     if "leak" in low:
         low["leak"] = np.nan_to_num(low["leak"])  # its search begins at zero
     # Fitted parameter, and factor from it, by reported name.

@@ -5,19 +5,17 @@ past the piston. The first part of a record is fitted; one run from its first sa
 """
 
 from collections.abc import Mapping
-from types import MappingProxyType
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 import pneumo.core as core
-from pneumo.fitting.engine import Solution, slopes, solve
+from pneumo.fitting.engine import Solution, WithoutPrior, solve
 
 SCALE = 1e6  # Pa, by which residuals are divided
 FAR_OFF = 1e3  # residual of a replay whose steps are too long for its conductance
-SLOPE_STEP = 1e-5  # of finite differences, on the scale of the search
 LEAKS_AT_START = 0.01, 1.0  # of a search, over its scale
-LOGARITHMIC = ("V_d_A", "V_d_B", "k_A", "k_B")  # parameters that are never zero
 # Bounds of the search, over a parameter's scale; a leak of 1 empties a chamber within the record.
 BOUNDS = {"V_d": (0.01, 100.0), "k": (1e-3, 1e3), "n": (0.8, 2.0), "leak": (0.0, 100.0)}
 BOUNDS |= {"start": (0.5, 2.0), "first": (0.5, 2.0)}
@@ -74,56 +72,8 @@ class ClosedRecord(NamedTuple):
         return wall / (np.pi / 2 * self.bore**2 + np.pi * self.bore * self.stroke / 2)
 
 
-def closed_chambers(
-    P: np.ndarray,
-    measured: np.ndarray,
-    closed: tuple[bool, bool],
-    V: np.ndarray,
-    area_ratio: np.ndarray,
-    h: float,
-    start: np.ndarray,
-    n: float,
-    k: np.ndarray,
-    e_A: float,
-    e_PT: float,
-    leak: float,
-    R: float,
-    gamma: float,
-    T_wall: float,
-    PT_0: float,
-) -> np.ndarray:
-    """Pressures of both chambers, Pa, by (chamber, sample), by classical Runge-Kutta steps of `h` seconds.
-
-    P are the first pressures, Pa, `start` the first temperatures over that of the wall; volumes V, m^3, and
-    `area_ratio` are by (chamber, sample). Conductances k, W/K, are stated in mid-stroke at a product P T of
-    `PT_0`; `leak` is the mass flow from A to B over P_A - P_B, kg/(s Pa). A chamber that is not `closed` has
-    the `measured` pressure and the temperature of the wall.
-    """
-    pressure, (_, samples) = np.empty(V.shape), V.shape
-    core.lib.closed_chambers(
-        core.array("P", P, (2,)),
-        core.array("measured", measured, (2, samples)),
-        core.ffi.new("bool[2]", closed),
-        core.array("V", V, (2, samples)),
-        core.array("area_ratio", area_ratio, (2, samples)),
-        core.whole("samples", samples, 1),
-        h,
-        core.array("start", start, (2,)),
-        n,
-        core.array("k", k, (2,)),
-        e_A,
-        e_PT,
-        leak,
-        R,
-        gamma,
-        T_wall,
-        PT_0,
-        core.out(pressure),
-    )
-    return pressure
-
-
-class ClosedProblem(NamedTuple):
+@dataclass(frozen=True)
+class ClosedProblem(WithoutPrior):
     """Least squares of a law on the first part of a record; parameters are divided by their scales.
 
     With wall heat, `start_A` is the first temperature over the wall's, and `first_A` the first pressure over
@@ -135,9 +85,11 @@ class ClosedProblem(NamedTuple):
     names: tuple[str, ...]  # fitted parameters
     fitted: int  # samples of the first part
     scales: Mapping[str, float]  # SI units; a parameter that is not fitted has the value of its scale
-    guess: Mapping[str, float] = MappingProxyType({"n": 1.2})  # over the scales; others: 1
+    guess: Mapping[str, float] = field(default_factory=lambda: {"n": 1.2})  # over the scales; others: 1
     every: int = 1  # every how many samples one enters the sum of squares
     chambers: tuple[int, ...] = (0, 1)  # sides whose pressures enter it
+    slope_step: ClassVar[float] = 1e-5
+    logarithmic: ClassVar[tuple[str, ...]] = ("V_d_A", "V_d_B", "k_A", "k_B")  # never zero
 
     def values(self, theta: np.ndarray) -> dict[str, float]:
         """Parameters by name, in SI units."""
@@ -147,11 +99,11 @@ class ClosedProblem(NamedTuple):
 
     def si(self, name: str, part: float) -> float:
         """Value of a parameter in SI units, from that on the scale of the search."""
-        return self.scales.get(name, 1.0) * float(np.exp(part) if name in LOGARITHMIC else part)
+        return self.scales.get(name, 1.0) * float(np.exp(part) if name in self.logarithmic else part)
 
     def search(self, name: str, over_scale: float) -> float:
         """Value of a parameter on the scale of the search, from that over its scale."""
-        return float(np.log(over_scale)) if name in LOGARITHMIC else over_scale
+        return float(np.log(over_scale)) if name in self.logarithmic else over_scale
 
     def solve(self) -> Solution:
         """Lowest minimum from a start with next to no leak, and from one with a leak."""
@@ -168,19 +120,11 @@ class ClosedProblem(NamedTuple):
         pairs = zip(self.names, ends, strict=True)
         return np.array([[self.search(name, end) for end in pair] for name, pair in pairs]).T
 
-    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Nothing is known beforehand but the bounds."""
-        return theta, np.zeros(len(theta))
-
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Measured minus replayed pressures of the samples fitted, over `SCALE`, shape (chamber, sample)."""
         error = self.record.P[:, : self.fitted] - self.replay(theta, self.fitted)
         error = error[list(self.chambers), :: self.every] / SCALE
         return np.where(np.abs(error) < FAR_OFF, error, 1.0)  # and where not finite
-
-    def jacobian(self, theta: np.ndarray) -> np.ndarray:
-        """Derivative of the replayed pressures, shape (chamber, sample, parameter)."""
-        return slopes(self.residual, theta, self.bounds(), SLOPE_STEP)
 
     def volumes(self, values: Mapping[str, float]) -> np.ndarray:
         """Volumes, m^3, by (chamber, sample)."""
@@ -188,18 +132,38 @@ class ClosedProblem(NamedTuple):
         return np.array([[values["V_d_A"]], [values["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered
 
     def replay(self, theta: np.ndarray, samples: int) -> np.ndarray:
-        """Pressures computed with the parameters `theta` for the first samples, Pa, by (chamber, sample)."""
-        v, r, law = self.values(theta), self.record, self.law
-        V, area_ratio = self.volumes(v)[:, :samples], r.area_ratio[:, :samples]
+        """Pressures computed with the parameters `theta` for the first samples, Pa, by (chamber, sample).
+
+        Classical Runge-Kutta steps go from sample to sample. A chamber that is not fitted has the measured
+        pressure and the temperature of the wall.
+        """
+        v, r, law, shape = self.values(theta), self.record, self.law, (2, samples)
         start, first = (
             np.array([v.get(f"{key}_{side}", 1.0) for side in "AB"]) for key in ("start", "first")
         )
-        k = np.array([v["k_A"], v["k_B"]]) if law.explicit_heat else np.zeros(2)
-        P, T = (r.P[:, 0] * first, start) if law.explicit_heat else (r.P[:, 0] * start, np.ones(2))
-        n, gas = v.get("n", r.gamma if law.n is None else law.n), (r.R, r.gamma, r.T_wall, r.PT_0)
-        inputs = r.P[:, :samples], (0 in self.chambers, 1 in self.chambers), V, area_ratio, r.h
-        leak = v["leak"] if "leak" in self.names else 0.0
-        return closed_chambers(P, *inputs, T, n, k, law.e_A, law.e_PT, leak, *gas)
+        heat = law.explicit_heat
+        pressure = np.empty(shape)
+        core.lib.closed_chambers(
+            core.array("P", r.P[:, 0] * (first if heat else start), (2,)),
+            core.array("measured", r.P[:, :samples], shape),
+            core.ffi.new("bool[2]", (0 in self.chambers, 1 in self.chambers)),
+            core.array("V", self.volumes(v)[:, :samples], shape),
+            core.array("area_ratio", r.area_ratio[:, :samples], shape),
+            core.whole("samples", samples, 1),
+            r.h,
+            core.array("start", start if heat else np.ones(2), (2,)),
+            v.get("n", r.gamma if law.n is None else law.n),
+            core.array("k", np.array([v["k_A"], v["k_B"]]) * heat, (2,)),
+            law.e_A,
+            law.e_PT,
+            v["leak"] if "leak" in self.names else 0.0,
+            r.R,
+            r.gamma,
+            r.T_wall,
+            r.PT_0,
+            core.out(pressure),
+        )
+        return pressure
 
     def errors(self, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Root mean square errors of pressures of the whole record, Pa, by chamber: fitted and held out."""

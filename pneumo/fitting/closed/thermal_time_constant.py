@@ -77,18 +77,23 @@ def mean_pressure(P_f: Value, delta_P: Value) -> Value:
     return P_f + delta_P * (1 - SETTLED) / log(1 / SETTLED)
 
 
+def since(measurement: Measurement, begin: float) -> Measurement:
+    """Measurement from the time `begin` on, s; `InputError` if few samples remain."""
+    rest = measurement.since(begin)
+    if len(rest.u) < FEWEST_SAMPLES:
+        left = f"leaves {len(rest.u)} samples of {measurement.t[-1]:g} s: must be at least {FEWEST_SAMPLES}"
+        raise InputError(f"--closed-from {begin:g} s: {left}")
+    return rest
+
+
 def transient(measurement: Measurement, plant: Plant, side: str, begin: float = 0.0) -> Transient:
     """Thermal time constant and conductance of chamber A or B, closed from the time `begin` on, s.
 
     Volume and area are those of the `plant`. `InputError` if few samples remain, if the piston moves, or if
     the pressure changes too little or does not settle within the record.
     """
-    first = int(np.searchsorted(measurement.t, begin))
-    t, x, P = measurement.t[first:] - begin, measurement.x[first:], measurement.P[Side[side], first:]
-    if len(t) < FEWEST_SAMPLES:
-        raise InputError(
-            f"--closed-from {begin:g} s: leaves {len(t)} samples: must be at least {FEWEST_SAMPLES}"
-        )
+    still = since(measurement, begin)
+    t, x, P = still.t, still.x, still.P[Side[side]]
     third = len(x) // 3
     motion = abs(float(np.mean(x[:third]) - np.mean(x[-third:])))
     allowed = LARGEST_MOTION * plant.cylinder.stroke

@@ -3,22 +3,28 @@
 import re
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from itertools import zip_longest
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.units import Reading, reading
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 MOST_ROWS, MOST_COLUMNS = 2_000_000, 200
 MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a")
 WORDS = {"true": 1.0, "on": 1.0, "false": 0.0, "off": 0.0, "1": 1.0, "0": 0.0}
 TIME_NAME = re.compile(r"(?:t|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis))(?:[\s_\[(.].*)?")
 DURATION = r"\d{1,4}:\d\d:\d\d(?:[.,]\d{1,9})?"
-DATE = r"\d{1,2}([./])\d{1,2}\1\d{4} +\d{1,2}:\d\d:"
+DATED = (
+    r"(?P<first>\d{1,2})[./](?P<second>\d{1,2})[./](?P<year>\d{4}),? +"
+    r"(?P<time>\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)(?: ?(?P<half>[AaPp][Mm]))?"
+)
 LARGEST = 1e30  # number that is no mistake
-SEC = re.compile(r"(?P<before>.*?)(?P<part>nano|n)?secs?", re.IGNORECASE)
 
 
 class Channel(NamedTuple):
@@ -37,8 +43,8 @@ class Series(NamedTuple):
 
     quantity: str
     channel: Channel
-    start: Fraction  # s, time of the first sample by the file's clock
-    t: np.ndarray  # s, since then
+    start: Fraction  # s, time 0 by the file's clock
+    t: np.ndarray  # s, from the first sample of any signal
     values: np.ndarray  # SI units
     rows: np.ndarray  # number of each sample among those of the channel
     text: str  # unit that it was read in
@@ -46,8 +52,9 @@ class Series(NamedTuple):
 
     @property
     def period(self) -> float:
-        """Usual time between samples, s."""
-        return float(np.median(np.diff(self.t))) if len(self.t) > 1 else 0.0
+        """Usual time between samples, s; over two of them, as they may be early and late in turn."""
+        count = min(2, len(self.t) - 1)
+        return float(np.median(self.t[count:] - self.t[:-count])) / count if count else 0.0
 
 
 def limit(path: Path, number: int, most: int, things: str) -> None:
@@ -97,7 +104,7 @@ def numbers(path: Path, channel: Channel, quantity: str) -> np.ndarray:
 def seconds(path: Path, clock: Channel, unit: str) -> tuple[Fraction, np.ndarray]:
     """Time of the first sample, s, and the times of all since then; NaN where there is none.
 
-    Numbers in `unit`, ISO stamps, stamps of pandas, or durations such as `0.5 sec` or `00:01:02.5`.
+    Numbers in `unit`, stamps, or durations such as `0.5 sec` or `00:01:02.5`.
     """
     import pandas as pd
 
@@ -105,45 +112,25 @@ def seconds(path: Path, clock: Channel, unit: str) -> tuple[Fraction, np.ndarray
     scale = reading("t", unit)
     if values.dtype.kind == "O" and len(values) and not isinstance(values[0], str | int | float):
         values = np.asarray(pd.Series(values).infer_objects())
-    if values.dtype.kind == "O" or values.dtype.kind in "US":
+    if values.dtype.kind in "OUS":
         text = pd.Series(values).astype(str).str.strip()
-        first = next((word for word in text if word.lower() not in MISSING), "")
-        if first[:10].count("-") == 2 and ":" in first:
-            values = pd.to_datetime(text, errors="coerce", format="ISO8601", utc=True).dt.tz_convert(None)
-            bad = values.isna().to_numpy() & ~text.str.lower().isin(MISSING).to_numpy()
-            problem = "{value}: must be a time stamp such as 2006-05-31T12:00:00.001"
-            refuse(path, clock, "t", np.flatnonzero(bad), problem)
-            values = values.to_numpy()
-        elif re.match(DATE, first):  # only differences count, so the order of day and month does not matter
-            values = pd.to_datetime(
-                text.str.replace(",", "."), errors="coerce", format="mixed", dayfirst="." in first[:3]
-            )
-            bad = values.isna().to_numpy() & ~text.str.lower().isin(MISSING).to_numpy()
-            refuse(
-                path,
-                clock,
-                "t",
-                np.flatnonzero(bad),
-                "{value}: must be a time such as 31.05.2006 12:00:00.001",
-            )
-            values = values.to_numpy()
-        elif re.fullmatch(DURATION, first):
-            durations = pd.to_timedelta(text.where(text.str.fullmatch(DURATION)).str.replace(",", "."))
-            bad = durations.isna().to_numpy() & ~text.str.lower().isin(MISSING).to_numpy()
-            refuse(path, clock, "t", np.flatnonzero(bad), "{value}: must be a time such as 00:00:01.5")
-            values = durations.to_numpy()
+        absent = text.str.lower().isin(MISSING)
+        first = next(iter(text[~absent]), "")
+        stamps = _stamps(text, first)
+        if stamps is not None:
+            bad = np.flatnonzero(stamps.isna() & ~absent)
+            refuse(path, clock, "t", bad, f"{{value}}: must be a time such as {printable(first, 30)}")
+            values = stamps.to_numpy()
         elif match := re.fullmatch(r"\S+\s*(sec|s|ms|min)", first):
             values = text.str.removesuffix(match[1]).str.strip().to_numpy(dtype=object)
             scale = reading("t", match[1])
     if values.dtype.kind in "mM":
-        unit_of = np.datetime_data(values.dtype)[0]
-        ticks = values.astype(f"{values.dtype.kind}8[ns]") if unit_of != "ns" else values
-        absent = np.isnat(ticks)
-        whole = np.where(absent, 0, ticks.astype(np.int64))
+        absent = np.isnat(values)
+        values = values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64)
         per_second = 1e-9
+    elif isinstance(scale, str):
+        raise InputError(f"{path}: column {printable(clock.name, 30)}: {scale}")
     else:
-        if isinstance(scale, str):
-            raise InputError(f"{path}: column {printable(clock.name, 30)}: {scale}")
         per_second = scale.factor
         if values.dtype.kind not in "iuf":
             try:  # int64 keeps the nanoseconds of a stamp, which a double does not
@@ -151,14 +138,37 @@ def seconds(path: Path, clock: Channel, unit: str) -> tuple[Fraction, np.ndarray
             except (ValueError, TypeError, OverflowError):
                 values = numbers(path, clock._replace(values=values), "t")
         absent = ~np.isfinite(values.astype(float))
-        whole = values
     if absent.all():
         return Fraction(0), np.full(len(absent), np.nan)
-    first = whole[np.argmin(absent)]
-    exact = Fraction(round(1 / per_second)) if per_second < 1 else 1 / Fraction(per_second)
-    start = (Fraction(int(first)) if whole.dtype.kind in "iu" else Fraction(float(first))) / exact
-    since = whole - first if whole.dtype.kind != "u" else whole.astype(np.int64) - int(first)
-    return start, np.where(absent, np.nan, since.astype(float) * per_second)
+    values = values.astype(np.int64) if values.dtype.kind in "iu" else values
+    first = values[np.argmin(absent)]
+    unit_in_seconds = 1 / Fraction(round(1 / per_second)) if per_second < 1 else Fraction(per_second)
+    start = (Fraction(int(first)) if values.dtype.kind == "i" else Fraction(float(first))) * unit_in_seconds
+    with np.errstate(invalid="ignore"):  # of signalling NaN
+        return start, np.where(absent, np.nan, (values - first).astype(float) * per_second)
+
+
+def _stamps(text: "pd.Series", first: str) -> "pd.Series | None":
+    """Stamps or durations, NaT where a text is none; None if the first text is neither."""
+    import pandas as pd
+
+    if re.match(r"\d{4}([-/])\d\d\1\d\d\D.*:", first):
+        plain = text.str.replace("/", "-").str.replace(",", ".")
+        return pd.to_datetime(plain, errors="coerce", format="ISO8601", utc=True).dt.tz_convert(None)
+    if re.fullmatch(DATED, first):
+        parts = text.str.extract(f"^{DATED}$")
+        of_day = pd.to_timedelta(parts["time"].str.replace(",", "."), errors="coerce")
+        twelve = parts["time"].str.startswith("12:", na=False).astype(float)
+        half = parts["half"].str.upper().map({"AM": 0, "PM": 12}) - 12 * twelve
+        of_day += pd.to_timedelta(half.fillna(0), unit="h")
+        # Day or month first: as all the stamps allow, else so that they are close together.
+        names = (["day", "month", "year"], ["month", "day", "year"])
+        date = parts[["first", "second", "year"]]
+        dates = [pd.to_datetime(date.set_axis(order, axis=1), errors="coerce") for order in names]
+        return min(dates, key=lambda date: (date.isna().sum(), date.max() - date.min())) + of_day
+    if re.fullmatch(DURATION, first):
+        return pd.to_timedelta(text.where(text.str.fullmatch(DURATION)).str.replace(",", "."))
+    return None
 
 
 def series(path: Path, channel: Channel, quantity: str, clock: Channel, t_unit: str, read: Reading) -> Series:
@@ -202,39 +212,36 @@ def table_channels(
     Where several columns have the same name of a time, each is the clock of those right of it. Columns of
     seconds and nanoseconds are one clock.
     """
-    made = list[Channel]()
-    for k, (name, values) in enumerate(columns):
-        unit = units[k] if k < len(units) else ""
-        rule = held[k] if k < len(held) else None
-        made.append(Channel(name, values, unit, None, rule, first_line))
+    given = zip_longest(columns, units, held)
+    made = [Channel(c[0], c[1], u or "", None, rule, first_line) for c, u, rule in given if c is not None]
     names = [channel.name.strip().lower() for channel in made]
     times = [k for k, name in enumerate(names) if is_time(name)]
-    repeated = [k for k in times if names.count(names[k]) > 1]
-    result, clock, seen = list[Channel](), None, dict[str, int]()
-    parts = _stamps(made)
+    for k in times:
+        made[k] = made[k]._replace(unit=made[k].unit or time_unit)
+    result, (clock, parts) = list[Channel](), _sec_nanosec(made)
     for k, channel in enumerate(made):
-        if k in repeated:
-            clock = channel._replace(unit=channel.unit or time_unit)
-            continue
-        if k in parts[1]:
-            continue
-        seen[channel.name] = seen.get(channel.name, 0) + 1
-        name = f"{channel.name}.{k + 1}" if seen[channel.name] > 1 else channel.name
-        unit = channel.unit or (time_unit if k in times else "")
-        result.append(channel._replace(name=name, clock=clock or parts[0], unit=unit))
-    return result
+        if k in times and names.count(names[k]) > 1:
+            clock = channel
+        elif k not in parts:
+            result.append(channel._replace(clock=clock))
+    return distinct(result)
 
 
-def _stamps(channels: Sequence[Channel]) -> tuple[Channel | None, tuple[int, ...]]:
+def distinct(channels: Sequence[Channel]) -> list[Channel]:
+    """Channels with different names: a repeated one gets its number too."""
+    first = {channel.name: k for k, channel in reversed([*enumerate(channels)])}
+    return [c if first[c.name] == k else c._replace(name=f"{c.name}.{k + 1}") for k, c in enumerate(channels)]
+
+
+def _sec_nanosec(channels: Sequence[Channel]) -> tuple[Channel | None, tuple[int, ...]]:
     """Clock of columns such as header.stamp.sec and header.stamp.nanosec, and their numbers."""
-    found = dict[tuple[str, bool], int]()
-    for k, channel in enumerate(channels):
-        match = SEC.fullmatch(channel.name.strip())
-        if match and channel.values.dtype.kind in "iu":
-            found.setdefault((match["before"].lower(), bool(match["part"])), k)
-    for (before, nano), k in found.items():
-        if not nano and (before, True) in found:
-            fine = found[before, True]
+    whole = {c.name.strip().lower(): k for k, c in enumerate(channels) if c.values.dtype.kind in "iu"}
+    for name, k in whole.items():
+        before = re.sub("secs?$", "", name)
+        fine = next(
+            (whole[n] for n in (f"{before}nanosec", f"{before}nsec", f"{before}nsecs") if n in whole), k
+        )
+        if fine != k:
             ticks = channels[k].values.astype(np.int64) * 10**9 + channels[fine].values.astype(np.int64)
             return Channel("Time", ticks, "ns", first_line=channels[k].first_line), (k, fine)
     return None, ()

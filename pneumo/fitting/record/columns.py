@@ -1,19 +1,29 @@
 """Columns of a measurement: which quantity each channel holds, and in which unit."""
 
+import json
 import re
-from collections.abc import Mapping, Sequence
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from pneumo.configuration.plain_yaml import read_yaml
+from pneumo.configuration.plain_yaml import parse_yaml, read_yaml
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel
-from pneumo.fitting.record.units import PLAIN, QUANTITIES, Reading, Surroundings, is_unit, plain_unit, reading
+from pneumo.fitting.record.units import (
+    ON_OFF,
+    PLAIN,
+    QUANTITIES,
+    Reading,
+    Surroundings,
+    is_unit,
+    plain_unit,
+    reading,
+)
 
-NAME = r"t|u|x|v|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
+NAME = r"t|u|x|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
 HEADER = re.compile(
     rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ](?P<suffix>[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?))?\s*"
 )
@@ -21,17 +31,19 @@ SIGN_BEHIND = re.compile(rf"\s*(?P<name>{NAME})[_ ]+(?P<unit>[^\w\s].*)")  # T_Â
 IN_BRACKETS = re.compile(r"(.+?)\s*[\[(](.+)[\])]")
 FOREIGN_SIGN = re.compile(r"(.+?)[_ ]+([^\w\s]\S*)")
 PATH = re.compile(r"[^\[(]*[/.|]")  # of a signal in a tree of names
-OPTIONAL = re.compile(r"(P_s|T|v)(?![A-Za-z])")  # how a misspelt name of one may begin
+OPTIONAL = re.compile(r"(P_s|T)(?![A-Za-z])")  # how a misspelt name of one may begin
 MOST_NAMED = 4  # columns that a note names
 UNNAMED = "?"  # for a column that nobody can guess
 LIKELY = {"t": "s", "u": "V", "x": "mm", **dict.fromkeys(("P_A", "P_B"), "bar")}
-LIKELY |= dict.fromkeys(("m_A", "m_B"), "kg/s")
+LIKELY |= {"P_s": "bar", "T": "degC", **dict.fromkeys(("m_A", "m_B"), "kg/s")}
 GUESSES = {  # names of columns in other laboratories, in small letters and digits
     "t": re.compile(r"t|time|timestamp|zeit|temps|tempo"),
     "u": re.compile(r"[rfbi]?(u|u?(command|cmd|ventil|valve|stell\w*|spannung|voltage))"),
     "x": re.compile(r"[rf]?(x|s|(act)?pos(ition)?|weg|hub|lage|stroke|displacement)"),
     "P_A": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(a|1)"),
     "P_B": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(b|2)"),
+    "P_s": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(s|0|supply)"),
+    "T": re.compile(r"temp(eratur)?e?"),
     "m_A": re.compile(r"[rf]?(m|q|flow|massflow)(a|1)"),
     "m_B": re.compile(r"[rf]?(m|q|flow|massflow)(b|2)"),
 }
@@ -59,22 +71,24 @@ class Column(BaseModel):
         )
 
 
-Quantity = Literal["t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
+Quantity = Literal["t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
 MAPPING = TypeAdapter(dict[Quantity, Column])
 
 
-def read_mapping(path: Path) -> dict[str, Column]:
-    """Columns by quantity from YAML such as `P_A: {column: "pressure 1", unit: kPa}`.
+def read_mapping(source: str) -> dict[str, Column]:
+    """Columns by quantity from YAML such as `{P_A: {column: "pressure 1", unit: kPa}}`, or a file of it.
 
     `InputError` if a key is no quantity, or column or unit is missing.
     """
+    inline = source.lstrip().startswith("{")
     try:
-        return {str(name): column for name, column in MAPPING.validate_python(read_yaml(path)).items()}
+        content = parse_yaml(source, "--columns") if inline else read_yaml(Path(source))
+        return {str(name): column for name, column in MAPPING.validate_python(content).items()}
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in first["loc"] if part != "[key]")
         expected = f"must be one of {', '.join(QUANTITIES)}, each with column and unit"
-        raise InputError(f"{path}: {printable(field)}: {expected}") from None
+        raise InputError(f"{'--columns' if inline else source}: {printable(field)}: {expected}") from None
 
 
 def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
@@ -82,31 +96,31 @@ def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
 
     The last part of a path counts where no channel has the whole name. `InputError` if two name a quantity.
     """
-    columns: dict[str, Column] = {}
     clocks = {channel.clock.name for channel in channels if channel.clock is not None}
-    for of_path, readable in ((False, True), (True, True), (False, False)):
-        before = dict(columns)
-        spelled = [_name_and_unit(PATH.sub("", c.name) if of_path else c.name) for c in channels]
-        times = [c.name for c, (quantity, _) in zip(channels, spelled, strict=True) if quantity == "t"]
-        plain_t = any(name.strip().startswith("t") for name in times)
-        for channel, (quantity, unit) in zip(channels, spelled, strict=True):
+    found = dict[str, tuple[int, list[Column]]]()
+    for channel in channels:
+        for of_path, name in enumerate((channel.name, PATH.sub("", channel.name))):
+            quantity, unit = _name_and_unit(name)
+            if not quantity or (quantity == "t" and channel.name in clocks):
+                continue
             if channel.unit and unit and not is_unit(unit):
                 continue  # T_low
             unit = channel.unit or unit
             if quantity == "u" and not unit and _is_on_off(channel):
-                unit = "0/1"
-            known = not unit or is_unit(unit) or bool(channel.unit)
-            if not quantity or quantity in before or known != readable:
-                continue
-            if quantity == "t" and (
-                channel.name in clocks or (plain_t and not channel.name.strip().startswith("t"))
-            ):
-                continue
-            if quantity in columns:
-                both = f"{printable(columns[quantity].column, 30)!r} and {printable(channel.name, 30)!r}"
-                raise InputError(f"columns {both}: both are {quantity}")
-            columns[quantity] = Column(column=channel.name, unit=plain_unit(unit))
-    return columns
+                unit = ON_OFF
+            rank = of_path if not unit or channel.unit or is_unit(unit) else 2
+            if quantity == "t" and not name.strip().startswith("t"):
+                rank += 3  # Time, beside t
+            column = Column(column=channel.name, unit=plain_unit(unit))
+            best, columns = found.get(quantity, (rank, []))
+            if rank <= best:
+                found[quantity] = (rank, [*columns, column] if rank == best else [column])
+            break
+    for quantity, (_, columns) in found.items():
+        if len(columns) > 1:
+            both = " and ".join(repr(printable(column.column, 30)) for column in columns[:2])
+            raise InputError(f"columns {both}: both are {quantity}")
+    return {quantity: columns[0] for quantity, (_, columns) in found.items()}
 
 
 def _is_on_off(channel: Channel) -> bool:
@@ -125,36 +139,24 @@ def clock_unit(clock: Channel, columns: Mapping[str, Column]) -> str:
     return clock.unit or _name_and_unit(clock.name)[1] or named
 
 
-def proposed_mapping(channels: Sequence[Channel], known: Mapping[str, Column], needed: Sequence[str]) -> str:
-    """YAML in one line for `read_mapping`: columns guessed by their names, `UNNAMED` for the others."""
-    proposed = {
-        quantity: column.model_copy(update={"unit": _proposed_unit(column.unit, quantity)})
-        for quantity, column in known.items()
-    }
-    free = [channel for channel in channels if channel.name not in {c.column for c in known.values()}]
-    for quantity in (quantity for quantity in needed if quantity not in known):
+def proposed_option(channels: Sequence[Channel], known: Mapping[str, Column], needed: Iterable[str]) -> str:
+    """The option ``--columns`` for a shell: columns guessed by their names, `UNNAMED` for the others."""
+
+    def entry(quantity: str, name: str, unit: str) -> dict[str, str]:
+        readable = not unit or isinstance(reading(quantity, unit), Reading)
+        return {"column": name, "unit": (unit or LIKELY[quantity]) if readable else UNNAMED}
+
+    content = {quantity: entry(quantity, column.column, column.unit) for quantity, column in known.items()}
+    clocked = all(channel.clock is not None for channel in channels)
+    free = {c.name: c.unit for c in channels if c.name not in {column.column for column in known.values()}}
+    for quantity in (q for q in needed if q not in known and not (q == "t" and clocked)):
         guess = GUESSES[quantity]
         likely = (
-            c
-            for c in free
-            if guess.fullmatch(_foreign(c.name)[0]) or guess.fullmatch(_foreign(PATH.sub("", c.name))[0])
+            name for name in free for of in (name, PATH.sub("", name)) if guess.fullmatch(_foreign(of)[0])
         )
-        channel = next(likely, Channel(UNNAMED, []))  # type: ignore[arg-type]
-        free = [other for other in free if other.name != channel.name]
-        unit = plain_unit(channel.unit or _foreign(channel.name)[1])
-        proposed[quantity] = Column(column=channel.name, unit=_proposed_unit(unit, quantity))
-    entries = ({q: c.model_dump(exclude_defaults=True)} for q, c in proposed.items())
-    texts = (
-        yaml.safe_dump(entry, default_flow_style=True, allow_unicode=True, width=10**6) for entry in entries
-    )
-    return f"{{{', '.join(text.strip()[1:-1] for text in texts)}}}"
-
-
-def _proposed_unit(unit: str, quantity: str) -> str:
-    """The unit itself if it is known, `UNNAMED` for another, and the likely one where there is none."""
-    if not unit:
-        return LIKELY.get(quantity, "")
-    return unit if isinstance(reading(quantity, unit), Reading) else UNNAMED
+        name = next(likely, UNNAMED)
+        content[quantity] = entry(quantity, name, plain_unit(free.pop(name, "") or _foreign(name)[1]))
+    return f"--columns {shlex.quote(json.dumps(content, ensure_ascii=False))}"
 
 
 def unused_note(channels: Sequence[Channel], columns: Mapping[str, Column]) -> list[str]:

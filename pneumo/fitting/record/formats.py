@@ -3,19 +3,26 @@
 Readers import their libraries themselves: the help of the command line lists the formats without loading any.
 """
 
+import dataclasses
 import gzip
 import importlib
-import struct
-import zipfile
-import zlib
-from collections.abc import Callable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pneumo.errors import InputError, printable
-from pneumo.fitting.record.channel import MOST_COLUMNS, MOST_ROWS, Channel, is_time, limit, table_channels
+from pneumo.fitting.record.channel import (
+    MOST_COLUMNS,
+    MOST_ROWS,
+    Channel,
+    distinct,
+    is_time,
+    limit,
+    table_channels,
+)
 from pneumo.fitting.record.reader_process import isolated
 from pneumo.fitting.record.text import read_text
 from pneumo.fitting.record.units import TIMES, plain_unit
@@ -26,9 +33,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LARGEST_FILE = 200_000_000  # bytes
-COMPRESSED, CHUNK = 15, 1 << 20  # type of a packed variable of MATLAB; bytes unpacked at once
 MOST_NUMBERS = 50_000_000  # of all channels together: 400 MB
-DATA, TIME = ("Data", "data", "values", "Values"), ("Time", "time", "t")
+DATA, TIME = ("Data", "data", "values", "Values"), ("Time", "time", "t")  # members of MATLAB's structs
 
 
 def given_channels(source: "pd.DataFrame | xr.Dataset") -> list[Channel]:
@@ -45,50 +51,36 @@ def given_channels(source: "pd.DataFrame | xr.Dataset") -> list[Channel]:
 
 def _of_dataset(data: "xr.Dataset") -> list[Channel]:
     """One-dimensional variables of a dataset; the time along their dimension is their clock."""
-    made, clocks = list[Channel](), dict[str, Channel]()
-    for name in data.variables:
-        variable = data[name]
-        if variable.ndim != 1:
-            continue
-        unit = str(variable.attrs.get("units", ""))
-        channel = Channel(str(name), variable.values, plain_unit(unit))
-        made.append(channel)
-        own = name == variable.dims[0] and (plain_unit(unit) in TIMES or variable.dtype.kind in "mM")
-        if own or is_time(str(name)):
-            clocks.setdefault(str(variable.dims[0]), channel)
-    dims = {str(name): str(data[name].dims[0]) for name in data.variables if data[name].ndim == 1}
-    return [channel._replace(clock=clocks.get(dims[channel.name])) for channel in made]
+    flat = {str(name): data[name] for name in data.variables if data[name].ndim == 1}
+    made = {
+        name: Channel(name, variable.values, plain_unit(str(variable.attrs.get("units", ""))))
+        for name, variable in flat.items()
+    }
+    clocks = dict[Any, Channel]()
+    for name, channel in made.items():
+        (dim,) = flat[name].dims
+        coordinate = name == dim and (channel.unit in TIMES or channel.values.dtype.kind in "mM")
+        if coordinate or is_time(name):
+            clocks.setdefault(dim, channel)
+    return [channel._replace(clock=clocks.get(flat[name].dims[0])) for name, channel in made.items()]
 
 
 def _netcdf(path: Path) -> list[Channel]:
     import xarray as xr
-    from netCDF4 import Dataset
 
-    with Dataset(path.absolute()) as file:  # before xarray, which loads coordinates as it opens
-        limit(path, len(file.variables), MOST_COLUMNS, "variables")
-        for name, dimension in file.dimensions.items():
-            limit(path, dimension.size, MOST_ROWS, f"samples along {printable(name, 30)}")
-        flat = [variable for variable in file.variables.values() if len(variable.dimensions) == 1]
-        limit(path, sum(int(variable.size) for variable in flat), MOST_NUMBERS, "numbers")
-    with xr.open_dataset(path.absolute(), engine="netcdf4", decode_times=False) as data:
+    with xr.open_dataset(path, engine="netcdf4", decode_times=False) as data:
         return _of_dataset(data)
 
 
-def _nested(path: Path, content: Mapping[str, Any]) -> list[Channel]:
+def _nested(path: Path, content: dict[str, Any]) -> list[Channel]:
     """Channels of variables, structs and groups: vectors, columns of matrices, and known structs."""
     found = list(_members("", content, None))
-    limit(path, len(found), MOST_COLUMNS, "signals")
     longest = max((len(channel.values) for channel in found), default=0)
-    limit(path, longest, MOST_ROWS, "samples in a vector")
     if longest < 2:
-        remedy = "save each signal as a vector of its own, such as P_A_kPa"
         raise InputError(
-            f"{path}: holds no vectors of numbers: {remedy}; a timetable by table2struct(timetable2table(T),"
-            " 'ToScalar', true)"
+            f"{path}: holds no vectors of numbers: save each signal as a vector of its own, such as P_A_kPa"
         )
-    kept = [c for c in found if c.clock is not None or len(c.values) == longest]  # others are constants
-    names = [channel.name for channel in kept]
-    return [c._replace(name=f"{c.name}.{k + 1}") if c.name in names[:k] else c for k, c in enumerate(kept)]
+    return distinct([c for c in found if c.clock or len(c.values) == longest])  # others are constants
 
 
 def _members(name: str, value: Any, clock: Channel | None, unit: str = "") -> Iterator[Channel]:
@@ -97,135 +89,105 @@ def _members(name: str, value: Any, clock: Channel | None, unit: str = "") -> It
     A struct of Simulink's block To Workspace has time and signals, one of dSPACE X and Y with Name and Data,
     a time series Time and Data. In others, the time as long as a vector is its clock.
     """
-    if isinstance(value, Mapping):
-        time = next((value[key] for key in TIME if _is_vector(value.get(key))), None)
-        if time is not None and ("signals" in value or any(key in value for key in DATA)):
-            info = value.get("TimeInfo")
-            of_time = info.get("Units", "s") if isinstance(info, Mapping) else "s"
-            clock = Channel("Time", np.asarray(time), of_time)
-        if "signals" in value:
-            for signal in _listed(value["signals"]):
-                yield from _members("signals", signal, clock)
-        elif "X" in value and "Y" in value and any(isinstance(y, Mapping) for y in _listed(value["Y"])):
-            axes = [np.asarray(x["Data"]) for x in _listed(value["X"]) if isinstance(x, Mapping)]
-            for y in _listed(value["Y"]):
-                k = int(y.get("XIndex", 1) or 1) - 1
-                times = axes[k] if 0 <= k < len(axes) else axes[0]
-                yield from _members("Y", y, Channel("Time", times, "s"))
-        elif data := [value[key] for key in DATA if key in value]:
-            info = value.get("DataInfo")
-            named = [value.get(key) for key in ("Name", "label")]
-            label = next((text for text in named if isinstance(text, str) and text), name).split("/")[-1]
-            units = [
-                value.get("Unit"),
-                value.get("unit"),
-                info.get("Units") if isinstance(info, Mapping) else "",
-            ]
-            yield from _members(
-                label, data[0], clock, next((u for u in units if isinstance(u, str) and u), unit)
-            )
-        else:
-            clocks = [Channel(k, np.asarray(v)) for k, v in value.items() if is_time(k) and _is_vector(v)]
-            for key, member in value.items():
-                size = (
-                    len(member) if _is_vector(member) else np.shape(member)[:1] if _is_matrix(member) else -1
-                )
-                size = max(np.shape(member)) if _is_matrix(member) else size
-                of = next((c for c in clocks if len(c.values) == size), None if _is_vector(member) else clock)
-                yield from _members(key, member, of)
+    import pandas as pd
+
+    if isinstance(value, pd.DataFrame):  # MATLAB's table or timetable
+        attributes = value.attrs.get("varUnits") or value.attrs.get("VariableUnits") or []
+        units = dict(zip(value.columns, attributes, strict=False))
+        if value.index.dtype.kind in "mM":
+            clock = Channel(str(value.index.name or "Time"), value.index.to_numpy())
+        columns = {str(key): value[key].to_numpy() for key in value}
+        for channel in _members(name, columns, clock):
+            yield channel._replace(unit=channel.unit or plain_unit(units.get(channel.name, "")))
+    elif isinstance(value, dict) and "X" in value and "Y" in value:
+        axes = [Channel("Time", axis["Data"], "s") for axis in _listed(value["X"])]
+        for signal in _listed(value["Y"]):
+            axis = int(signal.get("XIndex", 1)) - 1
+            yield from _members("Y", signal, axes[axis if axis < len(axes) else 0])
+    elif isinstance(value, dict):
+        vectors = {key: member for key, member in value.items() if np.ndim(member) == 1}
+        data = next((value[key] for key in DATA if key in value), None)
+        own = next((key for key in TIME if key in vectors), None)
+        if own and (data is not None or "signals" in value):
+            clock = Channel(own, vectors[own], _text_of(value, "TimeInfo", "Units") or "s")
+        if data is not None:
+            label = _text_of(value, "Name") or _text_of(value, "label") or name
+            unit = _text_of(value, "Unit") or _text_of(value, "unit") or _text_of(value, "DataInfo", "Units")
+            yield from _members(label.split("/")[-1], data, clock, unit)
+            return
+        clocks = [Channel(key, vector) for key, vector in vectors.items() if is_time(key)]
+        for key, member in value.items():
+            size = max(np.shape(member), default=0) if isinstance(member, np.ndarray) else 0
+            yield from _members(key, member, next((c for c in clocks if len(c.values) == size), clock))
     elif isinstance(value, list):
         for member in value:
-            yield from _members(name, member, clock, unit)
-    elif _is_matrix(value):
-        for number, column in enumerate(value.T if value.shape[0] >= value.shape[1] else value, start=1):
-            yield Channel(f"{name}.{number}", column, unit, clock)
-    elif _is_vector(value):
-        yield Channel(name, value, plain_unit(unit), clock)
+            yield from _members(name, member, clock)
+    elif isinstance(value, np.ndarray) and value.dtype.kind in "iufbmM":
+        if value.ndim == 2 and value.size:
+            columns = value.T if value.shape[0] >= value.shape[1] else value
+            for number, column in enumerate(columns, start=1):
+                yield Channel(f"{name}.{number}", column, unit, clock)
+        elif value.ndim == 1 and len(value) > 1:
+            yield Channel(name, value, plain_unit(unit), clock)
+
+
+def _text_of(value: Any, *keys: str) -> str:
+    """Text in a struct of structs, empty if there is none."""
+    for key in keys:
+        value = value.get(key) if isinstance(value, dict) else None
+    return value if isinstance(value, str) else ""
 
 
 def _listed(value: Any) -> list[Any]:
-    return list(value) if isinstance(value, list | np.ndarray) else [value]
-
-
-def _is_vector(value: Any) -> bool:
-    return isinstance(value, np.ndarray) and value.dtype.kind in "iufb" and value.ndim == 1 and len(value) > 1
-
-
-def _is_matrix(value: Any) -> bool:
-    return (
-        isinstance(value, np.ndarray)
-        and value.dtype.kind in "iufb"
-        and value.ndim == 2
-        and min(value.shape) > 0
-    )
+    return value if isinstance(value, list) else [value]
 
 
 def _matlab(path: Path) -> list[Channel]:
     from scipy.io import loadmat
 
-    with path.open("rb") as file:
-        if b"MATLAB 7.3" in file.read(128):
-            return _hdf5(path)
-    limit(path, _unpacked_size(path), LARGEST_FILE, "bytes when unpacked")
-    loaded = loadmat(path, appendmat=False, simplify_cells=True)
-    return _nested(path, {name: value for name, value in loaded.items() if not name.startswith("__")})
+    try:
+        loaded = loadmat(path, appendmat=False)
+    except NotImplementedError:  # version 7.3
+        loaded = {}
+    if not loaded or "__function_workspace__" in loaded:
+        matio = _imported("matio", path, "MATLAB 7.3, tables and timetables", "or save vectors with '-v7'")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of objects that are no tables
+            loaded = matio.load_from_mat(str(path), add_table_attrs=True)
+    return _nested(path, {name: _plain(value) for name, value in loaded.items() if name[:2] != "__"})
 
 
-def _unpacked_size(path: Path) -> int:
-    """Bytes that a .mat file has once its compressed variables are unpacked, or just over `LARGEST_FILE`."""
-    total = path.stat().st_size
-    with path.open("rb") as file:
-        head = file.read(128)
-        if len(head) < 128 or head[124:128] not in (b"\0\1IM", b"\1\0MI"):
-            return total  # version 4 compresses nothing
-        order = "<" if head[126:128] == b"IM" else ">"
-        while len(tag := file.read(8)) == 8 and total <= LARGEST_FILE:
-            kind, size = struct.unpack(f"{order}II", tag)
-            unpack, packed = zlib.decompressobj(), file.read(size)
-            while kind == COMPRESSED and packed and total <= LARGEST_FILE:
-                total += len(unpack.decompress(packed, CHUNK))
-                packed = unpack.unconsumed_tail
-    return total
+def _plain(value: Any) -> Any:
+    """MATLAB's structs as dicts, cells and arrays of structs as lists, vectors with one dimension."""
+    if not isinstance(value, np.ndarray):
+        return value
+    if value.dtype.names:
+        structs = [{key: _plain(struct[key]) for key in value.dtype.names} for struct in value.ravel()]
+        return structs[0] if len(structs) == 1 else structs
+    if value.dtype.kind == "O":
+        return [_plain(cell) for cell in value.ravel()]
+    if value.dtype.kind == "U":
+        return "".join(value.ravel())
+    return value.squeeze()
 
 
 def _hdf5(path: Path) -> list[Channel]:
-    """Channels of an HDF5 file, MATLAB's 7.3 among them; a dataset's attribute units is its unit."""
-    h5py = _imported("h5py", path, "MATLAB 7.3 and HDF5", "or save(file, '-v7') in MATLAB, or export CSV")
-    total = 0
+    """Channels of an HDF5 file; a dataset's attribute units is its unit."""
+    h5py = _imported("h5py", path, "HDF5", "or export CSV")
 
-    def content(item: Any, depth: int = 0) -> Any:
-        nonlocal total
+    def content(item: Any) -> Any:
         if isinstance(item, h5py.Group):
-            return {key: content(item[key], depth + 1) for key in item if key[0] != "#"} if depth < 9 else {}
-        if not isinstance(item, h5py.Dataset):
+            return {key: content(item[key]) for key in item}
+        if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "iufb" or item.size < 2:
             return None
-        total += item.size
-        limit(path, total, MOST_NUMBERS, "numbers")
-        if item.dtype == h5py.ref_dtype:  # a cell array or an array of structs
-            return [content(item.file[ref], depth + 1) for ref in item[()].ravel()] if depth < 9 else []
-        kind = item.attrs.get("MATLAB_class", b"")
-        if kind == b"char":
-            return "".join(map(chr, item[()].ravel().tolist()))
-        if item.dtype.kind not in "iufb":
-            return None
-        array = item[()].squeeze() if item.size > 1 else np.empty(0)
+        limit(path, item.size, MOST_NUMBERS, "numbers")
         unit = item.attrs.get("units", item.attrs.get("unit", ""))
         unit = unit.decode(errors="replace") if isinstance(unit, bytes) else str(unit)
-        return {"values": array, "label": item.name.split("/")[-1], "unit": unit} if unit else array
-
-    def transposed(value: Any) -> Any:
-        """MATLAB writes an array of structs as a struct of arrays."""
-        if not isinstance(value, dict):
-            return [transposed(member) for member in value] if isinstance(value, list) else value
-        lists = [member for member in value.values() if isinstance(member, list)]
-        if value and len(lists) == len(value) and len({len(member) for member in lists}) == 1:
-            return [
-                transposed(dict(zip(value, row, strict=True))) for row in zip(*value.values(), strict=True)
-            ]
-        return {key: transposed(member) for key, member in value.items()}
+        values = item[()].squeeze()
+        return {"values": values, "label": item.name, "unit": unit} if unit else values
 
     with h5py.File(path) as file:
-        return _nested(path, transposed(content(file)))
+        return _nested(path, content(file))
 
 
 def _imported(package: str, path: Path, kind: str, otherwise: str) -> Any:
@@ -237,34 +199,17 @@ def _imported(package: str, path: Path, kind: str, otherwise: str) -> Any:
         raise InputError(f"{path}: {kind} files are not read without a library: {remedy}") from None
 
 
-def _parquet(path: Path) -> list[Channel]:
-    parquet = _imported("pyarrow.parquet", path, "Parquet", "or export CSV")
-    file = parquet.ParquetFile(path)
-    _limit_table(path, file.metadata.num_rows, file.metadata.num_columns)
-    return given_channels(file.read().to_pandas())
+def _arrow(path: Path) -> list[Channel]:
+    import pandas as pd
 
-
-def _feather(path: Path) -> list[Channel]:
-    feather = _imported("pyarrow.feather", path, "Feather", "or export CSV")
-    table = feather.read_table(path, memory_map=True)
-    _limit_table(path, table.num_rows, table.num_columns)
-    return given_channels(table.to_pandas())
-
-
-def _limit_table(path: Path, rows: int, columns: int) -> None:
-    limit(path, rows, MOST_ROWS, "rows")
-    limit(path, columns, MOST_COLUMNS, "columns")
-    limit(path, rows * columns, MOST_NUMBERS, "numbers")
+    _imported("pyarrow", path, "Parquet and Feather", "or export CSV")
+    return given_channels((pd.read_feather if path.suffix.lower() == ".feather" else pd.read_parquet)(path))
 
 
 def _excel(path: Path) -> list[Channel]:
     """First sheet of a workbook, read as the text that saving it as CSV would give."""
     openpyxl = _imported("openpyxl", path, "Excel", "or save the sheet as CSV")
-    with zipfile.ZipFile(path) as packed:
-        limit(path, sum(part.file_size for part in packed.infolist()), LARGEST_FILE, "bytes when unpacked")
     sheet = openpyxl.load_workbook(path, read_only=True, data_only=True).worksheets[0]
-    limit(path, sheet.max_row or 0, MOST_ROWS, "rows")
-    limit(path, sheet.max_column or 0, MOST_COLUMNS, "columns")
     lines = (
         "\t".join("" if cell is None else str(cell).replace("\t", " ").replace("\n", " ") for cell in row)
         for row in sheet.iter_rows(values_only=True)
@@ -278,41 +223,107 @@ def _tdms(path: Path) -> list[Channel]:
     made = list[Channel]()
     with tdms.TdmsFile.open(path) as file:
         groups = [group.channels() for group in file.groups()]
-        limit(path, sum(map(len, groups)), MOST_COLUMNS, "channels")
-        limit(path, sum(len(channel) for group in groups for channel in group), MOST_NUMBERS, "numbers")
         starts = [c.properties.get("wf_start_time") for group in groups for c in group]
         first = min((start for start in starts if isinstance(start, np.datetime64)), default=None)
         for group in groups:
             own = [Channel(c.name, c[:], str(c.properties.get("unit_string", ""))) for c in group]
             times = [channel for channel in own if is_time(channel.name)]
             for source, channel in zip(group, own, strict=True):
-                properties, clock = source.properties, None
-                if step := float(properties.get("wf_increment", 0.0)):
-                    begin = float(properties.get("wf_start_offset", 0.0))
-                    if isinstance(start := properties.get("wf_start_time"), np.datetime64):
-                        begin += (start - first) / np.timedelta64(1, "s")
-                    clock = Channel("Time", begin + step * np.arange(len(channel.values)), "s")
-                else:
-                    clock = next((t for t in times if len(t.values) == len(channel.values)), None)
-                taken = channel.name in [other.name for other in made]
-                name = f"{source.group_name}/{channel.name}" if taken else channel.name
-                made.append(channel._replace(name=name, clock=clock))
-    return made
+                properties = source.properties
+                clock = next((t for t in times if len(t.values) == len(channel.values)), None)
+                if properties.get("wf_increment"):
+                    start = properties.get("wf_start_time")
+                    known = isinstance(start, np.datetime64)
+                    begin = (start - first) / np.timedelta64(1, "s") if known else 0.0
+                    clock = Channel("Time", begin + source.time_track(), "s")
+                made.append(channel._replace(clock=clock))
+    return distinct(made)
 
 
 def _mdf(path: Path) -> list[Channel]:
     """Channels of an MDF file, each with the times of its group."""
     asammdf = _imported("asammdf", path, "MDF", "or export it as CSV or .mat")
-    made = list[Channel]()
     with asammdf.MDF(path) as file:
-        sizes = [group.channel_group.cycles_nr for group in file.groups]
-        limit(path, max(sizes, default=0), MOST_ROWS, "samples in a group")
-        limit(path, sum(len(g.channels) for g in file.groups), MOST_COLUMNS, "channels")
-        for signal in file.iter_channels():
-            if signal.samples.ndim == 1 and signal.samples.dtype.kind in "iufb":
-                clock = Channel("Time", signal.timestamps, "s")
-                made.append(Channel(str(signal.name), signal.samples, str(signal.unit or ""), clock))
-    return made
+        return [
+            Channel(s.name, s.samples, str(s.unit or ""), Channel("Time", s.timestamps, "s"))
+            for s in file.iter_channels()
+            if s.samples.ndim == 1 and s.samples.dtype.kind in "iufb"
+        ]
+
+
+def _labview(path: Path) -> list[Channel]:
+    """Channels of an .lvm file; a segment that counts its time anew follows the one before it by one step."""
+    lvm_read = _imported("lvm_read", path, "LabVIEW", "or export CSV")
+    content = lvm_read.read(str(path), read_from_pickle=False, dump_file=False)
+    parts = dict[str, list[tuple[np.ndarray, np.ndarray]]]()
+    units = dict[str, str]()
+    for number in range(content["Segments"]):
+        for name, unit, t, values in _segment(content[number]):
+            before = parts.setdefault(name, [])
+            units.setdefault(name, unit)
+            if before and len(last := before[-1][0]) > 1 and t[0] <= last[-1]:
+                t = t - t[0] + 2 * last[-1] - last[-2]
+            before.append((t, values))
+    joined = {name: [np.concatenate(arrays) for arrays in zip(*p, strict=True)] for name, p in parts.items()}
+    return [
+        Channel(name, values, units[name], Channel("X_Value", t, "s")) for name, (t, values) in joined.items()
+    ]
+
+
+def _segment(segment: dict[str, Any]) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
+    """Name, unit, times and values of each channel that has samples in a segment of an .lvm file."""
+    times, names = np.empty(0), segment["Channel names"]
+    signals = [name for name in names if name not in ("X_Value", "Comment")]
+    for name, column in zip(names, segment["data"].T, strict=False):
+        if name == "X_Value":
+            times = column
+        if name not in signals or not np.isfinite(column).any():
+            continue
+        values = column[: np.flatnonzero(np.isfinite(column))[-1] + 1]
+        t, k = times[: len(values)], signals.index(name)
+        if not np.isfinite(t).any():
+            t = segment["X0"][k] + segment["Delta_X"][k] * np.arange(len(values))
+        labels = segment.get("Y_Unit_Label", [])
+        labels = labels[::2] if names.count("X_Value") > 1 else labels  # each time has an entry too
+        yield name, plain_unit(labels[k]) if k < len(labels) else "", t, values
+
+
+def _bag(path: Path) -> list[Channel]:
+    """Numbers in the messages of a bag, by topic, at the times in their headers, or else of their logging."""
+    highlevel = _imported("rosbags.highlevel", path, "ROS", "or export CSV, as PlotJuggler does")
+    typesys = importlib.import_module("rosbags.typesys")
+    topics = dict[str, tuple[list[int], list[int], dict[str, list[Any]]]]()
+    with highlevel.AnyReader([path], default_typestore=typesys.get_typestore(typesys.Stores.LATEST)) as bag:
+        limit(path, bag.message_count, MOST_ROWS, "messages")
+        for connection, logged, content in bag.messages():
+            message = bag.deserialize(content, connection.msgtype)
+            stamp = getattr(getattr(message, "header", None), "stamp", None)
+            stamps, times, columns = topics.setdefault(connection.topic, ([], [], {}))
+            stamps.append(stamp.sec * 10**9 + stamp.nanosec if stamp else 0)
+            times.append(logged)
+            for name, number in _numbers_of("", message):
+                columns.setdefault(name, []).append(number)
+    return [
+        Channel(topic + name, np.array(values), "", Channel("Time", np.array(clock), "ns"))
+        for topic, (stamps, times, columns) in topics.items()
+        for clock in [stamps if any(stamps) else times]
+        for name, values in columns.items()
+        if len(values) == len(clock)
+    ]
+
+
+def _numbers_of(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Names and values of the numbers in a message; those of arrays are counted from 1."""
+    if dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            if field.name not in ("__msgtype__", "header"):
+                last = "" if field.name == "data" else f"/{field.name}"
+                yield from _numbers_of(name + last, getattr(value, field.name))
+    elif isinstance(value, np.ndarray | list) and len(value) <= MOST_COLUMNS:
+        for number, member in enumerate(value, start=1):
+            yield from _numbers_of(f"{name}/{number}", member)
+    elif isinstance(value, int | float | np.number):
+        yield name, value
 
 
 def _text(path: Path) -> list[Channel]:
@@ -345,24 +356,37 @@ FORMATS = (
         " PlotJuggler, ROS; UTF-8, UTF-16 or Latin-1",
     ),
     Format((".gz",), "packed CSV", _packed_text, "a text file packed by gzip"),
-    Format((".lvm",), "LabVIEW", _text, "several segments and X columns too"),
+    Format((".lvm",), "LabVIEW", _labview, f"several segments and X columns too; {EXTRA}"),
     Format(
         (".mat",),
         "MATLAB",
         _matlab,
-        f"vectors, matrices, structs (To Workspace, time series, dSPACE); 7.3 {EXTRA}",
+        f"vectors, matrices, structs (To Workspace, time series, dSPACE); 7.3, tables and timetables {EXTRA}",
     ),
     Format((".nc",), "NetCDF", _netcdf, "one-dimensional variables with the attribute units; times as in CF"),
     Format((".h5", ".hdf5"), "HDF5", _hdf5, f"vectors in any group; {EXTRA}"),
-    Format((".parquet",), "Parquet", _parquet, EXTRA),
-    Format((".feather",), "Feather", _feather, EXTRA),
+    Format((".parquet", ".feather"), "Parquet, Feather", _arrow, EXTRA),
     Format((".xlsx",), "Excel", _excel, f"the first sheet; {EXTRA}"),
     Format((".tdms",), "TDMS", _tdms, f"waveforms of any rates; {EXTRA}"),
     Format((".mdf", ".mf4", ".dat"), "MDF", _mdf, f"groups of any rates; {EXTRA}"),
+    Format(
+        (".mcap", ".db3", ".bag"), "MCAP, ROS bags", _bag, f"ROS messages of topics of any rates; {EXTRA}"
+    ),
     Format((".xls", ".ods"), "old Excel, OpenDocument", None, "save the sheet as CSV"),
-    Format((".mcap", ".npz", ".bag", ".db3"), "MCAP, NumPy, ROS bags", None, "export CSV or Parquet"),
+    Format((".npz",), "NumPy", None, "export CSV or Parquet"),
     Format((".idf",), "ControlDesk", None, "export it from ControlDesk as CSV or .mat"),
 )
+
+
+def _checked(kind: Format, path: Path) -> list[Channel]:
+    """Channels of a file, not too many and not too long."""
+    assert kind.read
+    channels = kind.read(path)
+    sizes = [len(channel.values) for channel in channels]
+    limit(path, len(sizes), MOST_COLUMNS, "signals")
+    limit(path, max(sizes, default=0), MOST_ROWS, "samples of a signal")
+    limit(path, sum(sizes), MOST_NUMBERS, "numbers")
+    return channels
 
 
 def read_channels(path: Path) -> list[Channel]:
@@ -382,7 +406,7 @@ def read_channels(path: Path) -> list[Channel]:
             kind = FORMATS[0]
         if kind.read is None:
             raise InputError(f"{path}: {suffix} files are not read: {kind.remark}")
-        return kind.read(path) if kind.read in (_text, _packed_text, _netcdf) else isolated(kind.read, path)
+        return _checked(kind, path) if kind.read in (_text, _packed_text) else isolated(_checked, kind, path)
     except InputError:
         raise
     except FileNotFoundError:

@@ -57,7 +57,6 @@ def joined(records: Sequence[Measurement], part: float, most: int) -> tuple[Meas
         u=of("u"),
         x=of("x"),
         P=of("P"),
-        v=None,
         m=None if first.m is None else of("m"),
         P_s=None if first.P_s is None else of("P_s"),
         T=float(np.mean(temperatures)) if temperatures else np.nan,

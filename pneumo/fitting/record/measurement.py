@@ -12,19 +12,19 @@ import xarray as xr
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel, Series, numbers, place, series
-from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_mapping, unused_note
+from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_option, unused_note
 from pneumo.fitting.record.formats import given_channels, read_channels
-from pneumo.fitting.record.plausibility import UNEVEN, check_clock, check_signals, check_velocity, events
+from pneumo.fitting.record.plausibility import UNEVEN, check_clock, check_signals, events
 from pneumo.fitting.record.units import CHOICES, Surroundings
 
 SENSORS = ("x", "P_A", "P_B")
 FLOWS = ("m_A", "m_B")  # instead of u
-ORDER = ("u", *FLOWS, *SENSORS, "P_s", "v", "T")  # in which channels are listed
-OPTIONAL = ("P_s", "v", "T")
+ORDER = ("u", *FLOWS, *SENSORS, "P_s", "T")  # in which channels are listed
+OPTIONAL = ("P_s", "T")
 FEWEST_ROWS = 100
 MOST_MISSING = 0.01  # fraction of a signal's samples that may be interpolated
 SHOWN = {  # factor and unit in which a channel is shown
-    **{"u": (1.0, "V"), "x": (1e3, "mm"), "v": (1.0, "m/s"), "T": (1.0, "K")},
+    **{"u": (1.0, "V"), "x": (1e3, "mm"), "T": (1.0, "K")},
     **dict.fromkeys(("P_A", "P_B", "P_s"), (1e-5, "bar absolute")),
     **dict.fromkeys(FLOWS, (1e3, "g/s")),
 }
@@ -48,7 +48,6 @@ class Measurement(NamedTuple):
     u: np.ndarray  # V, command; zero where flows were measured instead
     x: np.ndarray  # m, position from mid-stroke
     P: np.ndarray  # Pa, absolute pressures of both chambers
-    v: np.ndarray | None = None  # m/s, velocity where it was measured
     T: float = np.nan  # K, mean temperature of the surroundings; NaN where it was not measured
     notes: tuple[str, ...] = ()  # unlikely values and changes, a sentence each
     m: np.ndarray | None = None  # kg/s, mass flows into both chambers, where they were measured
@@ -66,9 +65,8 @@ class Measurement(NamedTuple):
     def since(self, begin: float) -> "Measurement":
         """The rest of the measurement, from the time `begin` on, s."""
         first = int(np.searchsorted(self.t, begin))
-        v, P_s = (signal if signal is None else signal[first:] for signal in (self.v, self.P_s))
-        m = self.m if self.m is None else self.m[:, first:]
-        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], v=v, P_s=P_s, m=m)
+        m, P_s = (signal if signal is None else signal[..., first:] for signal in (self.m, self.P_s))
+        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], P_s=P_s, m=m)
 
 
 def read_series(
@@ -88,10 +86,10 @@ def read_series(
         if quantity == "t":
             continue
         if column.column not in by_name:
-            listed = ", ".join(printable(name, 30) for name in [*by_name][:12])
+            listed = ", ".join(printable(channel.name, 30) for channel in channels[:12])
             raise InputError(
                 f"{path}: no column {printable(column.column)!r}, which the mapping names as {quantity};"
-                f" columns: {listed}"
+                f" columns: {listed}; to check and complete: {proposed_option(channels, {}, columns)}"
             )
         channel = by_name[column.column]
         clock = channel.clock or clocks.get(t.column if t else "")
@@ -105,7 +103,8 @@ def read_series(
         found[quantity] = series(path, channel, quantity, clock, clock_unit(clock, columns), read)
         if column.unit == "mA":
             _check_loop(path, found[quantity], read.factor, read.offset)
-    return found
+    start = min((signal.start for signal in found.values()), default=Fraction(0))
+    return {q: s._replace(start=start, t=s.t + float(s.start - start)) for q, s in found.items()}
 
 
 def _check_loop(path: Path, signal: Series, factor: float, offset: float) -> None:
@@ -171,32 +170,27 @@ def read_measurement(
     period, grid, on_time = _grid(path, signals, closed)
     notes += on_time + check_signals(path, signals, plant, from_end, closed)
     values = dict[str, np.ndarray]()
-    for quantity, signal in signals.items():
-        if quantity == "T":
-            continue
-        values[quantity], changed = _on_grid(signal, grid, period)
-        notes += [changed] if changed else []
-    notes += [] if closed else check_velocity(path, values, period)
-    zero = np.zeros(len(grid[1]))
-    lines, doubtful = list[str](), list[Event]()
-    for quantity, signal in sorted(signals.items(), key=lambda item: ORDER.index(item[0])):
-        lines.append(_line(signal))
-        shift = float(signal.start - grid[0])
-        doubtful += [Event(quantity, kind, a + shift, b + shift) for kind, a, b in events(signal, plant)]
+    for quantity in (name for name in signals if name != "T"):
+        values[quantity], changed = _on_grid(signals[quantity], grid, period)
+        notes += changed
+    ordered = [signals[quantity] for quantity in ORDER if quantity in signals]
     return Measurement(
         name=str(path),
         period=period,
-        u=values.get("u", zero),
+        u=values.get("u", np.zeros(len(grid))),
         x=values["x"],
         P=np.array([values["P_A"], values["P_B"]]),
-        v=values.get("v"),
         T=float(np.mean(signals["T"].values)) if "T" in signals else np.nan,
         notes=tuple(notes),
         m=np.array([values[name] for name in FLOWS]) if measured_flow else None,
         closed=closed,
         P_s=values.get("P_s"),
-        channels=tuple(lines),
-        events=tuple(doubtful),
+        channels=tuple(map(_line, ordered)),
+        events=tuple(
+            Event(signal.quantity, kind, begin - grid[0], end - grid[0])
+            for signal in ordered
+            for kind, begin, end in events(signal, plant)
+        ),
     )
 
 
@@ -214,100 +208,89 @@ def _check_needed(
     unit = CHOICES[missing[0]].split(",")[0].split(" ")[0]
     raise InputError(
         f"{path}: no column {', '.join(missing)}: must have a header such as {missing[0]}_{unit}, or be named"
-        f" with --columns; columns: {present}{shut}; a file for --columns, to check and complete:"
-        f" {proposed_mapping(channels, columns, needed)}"
+        f" with --columns; columns: {present}{shut}; to check and complete:"
+        f" {proposed_option(channels, columns, needed)}"
     )
 
 
-def _grid(
-    path: Path, signals: Mapping[str, Series], closed: bool
-) -> tuple[float, tuple[Fraction, np.ndarray], list[str]]:
-    """Period, start and times of the grid, and notes: that of the fastest sensor, where all signals are."""
-    notes, checked = list[str](), list[np.ndarray]()
-    for quantity in (name for name in (*SENSORS, *ORDER) if name in signals and name != "T"):
-        signal = signals[quantity]
-        if any(np.array_equal(signal.t, t) for t in checked):
-            continue
-        checked.append(signal.t)
+def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[float, np.ndarray, list[str]]:
+    """Period and times of the grid, and notes: that of the fastest sensor, where all signals are."""
+    notes = list[str]()
+    moving = {name: signals[name] for name in (*SENSORS, *ORDER) if name in signals and name != "T"}
+    for quantity, signal in moving.items():
         if len(signal.t) < 2:
             raise InputError(
                 f"{path}: column {quantity}: {len(signal.t)} samples: must be at least {FEWEST_ROWS}"
             )
         check_clock(path, signal, closed, sensor=quantity in SENSORS)
-    for quantity, signal in signals.items():
-        notes += _missing(path, quantity, signal)
+        notes += _missing(path, signal)
     fastest = min((signals[name] for name in SENSORS), key=lambda s: (s.period, -len(s.t)))
-    starts = {name: signals[name].start for name in signals if name != "T"}
-    first = max(starts.values())
-    last = min(start + Fraction(float(signals[name].t[-1])) for name, start in starts.items())
+    first, last = max(s.t[0] for s in moving.values()), min(s.t[-1] for s in moving.values())
     tolerance = UNEVEN * fastest.period
-    low, high = float(first - fastest.start) - tolerance, float(last - fastest.start) + tolerance
-    t = fastest.t[(fastest.t >= low) & (fastest.t <= high)]
+    t = fastest.t[(fastest.t >= first - tolerance) & (fastest.t <= last + tolerance)]
     if len(t) < FEWEST_ROWS:
         of = "" if len(fastest.t) < FEWEST_ROWS else " that all signals have in common"
         raise InputError(f"{path}: {len(t)} samples{of}: must be at least {FEWEST_ROWS}")
-    span = float(t[-1] - t[0])
-    absent = int(np.ptp(fastest.rows)) + 1 - len(fastest.rows)
-    count = len(t) + max(0, min(absent, round(span / fastest.period) + 1 - len(t)))
-    period = span / (count - 1)
-    longest = max(float(signals[name].t[-1]) for name in starts)
-    if float(last - first) < (1 - CUT) * longest:
+    longest = max(float(np.ptp(signal.t)) for signal in moving.values())
+    if last - first < (1 - CUT) * longest:
         notes.append(
-            f"all signals together last {float(last - first):.4g} s of {longest:.4g} s; the rest is not used"
+            f"all signals together last {last - first:.4g} s of {longest:.4g} s; the rest is not used"
         )
+    span = t - t[0]
+    absent = int(np.ptp(fastest.rows)) + 1 - len(fastest.rows)
+    count = len(t) + max(0, min(absent, round(span[-1] / fastest.period) + 1 - len(t)))
+    period = float(span[-1]) / (count - 1)
     grid = period * np.arange(count)
-    near = grid if count == len(t) else period * np.round((t - t[0]) / period)
-    uneven = float(np.max(np.abs(t - t[0] - near))) / period
+    near = grid if count == len(t) else period * np.round(span / period)
+    uneven = float(np.max(np.abs(span - near))) / period
     if uneven > UNEVEN:
         notes.append(
             f"time is not uniform: samples deviate by up to {uneven:.2g} periods of {period:.4g} s from"
             " a uniform grid; signals are interpolated to it"
         )
-    return period, (fastest.start + Fraction(float(t[0])), grid), notes
+    return period, t[0] + grid, notes
 
 
-def _missing(path: Path, quantity: str, signal: Series) -> list[str]:
+def _missing(path: Path, signal: Series) -> list[str]:
     """Note on samples that a channel lacks at its own rate; `InputError` if they are many."""
-    present = np.isfinite(numbers(path, signal.channel, quantity))
-    inner = present[signal.rows[0] : signal.rows[-1] + 1]
-    if inner.all() or quantity == "T" or len(signal.t) < 3:
-        return []
-    expected = round(float(signal.t[-1]) / signal.period) + 1
-    count = min(expected - len(signal.t), int((~inner).sum()))
+    present = np.zeros(len(signal.channel.values), dtype=bool)
+    present[signal.rows] = True
+    absent = np.flatnonzero(~present[signal.rows[0] : signal.rows[-1]])
+    expected = round(float(np.ptp(signal.t)) / signal.period) + 1
+    count = min(expected - len(signal.t), len(absent))
     if count <= 0 or (signal.held and expected > 2 * len(signal.t)):
         return []
     if count > MOST_MISSING * expected:
-        row = int(signal.rows[0] + np.argmin(inner))
+        where = place(path, signal.channel, int(signal.rows[0] + absent[0]), signal.quantity)
         raise InputError(
-            f"{place(path, signal.channel, row, quantity)}: {count} of {expected} samples are missing: must"
-            f" be at most {100 * MOST_MISSING:g} %; take a record without them"
+            f"{where}: {count} of {expected} samples are missing: must be at most {100 * MOST_MISSING:g} %;"
+            " take a record without them"
         )
     filled = "held" if signal.held else "interpolated"
-    return [f"column {quantity}: {count} of {expected} samples missing, {filled}"]
+    return [f"column {signal.quantity}: {count} of {expected} samples missing, {filled}"]
 
 
-def _on_grid(signal: Series, grid: tuple[Fraction, np.ndarray], period: float) -> tuple[np.ndarray, str]:
+def _on_grid(signal: Series, grid: np.ndarray, period: float) -> tuple[np.ndarray, list[str]]:
     """Values at the times of the grid, held or interpolated; a note if their rate is another."""
-    t = signal.t + float(signal.start - grid[0])
-    wanted = grid[1]
-    near = np.clip(np.searchsorted(t, wanted - period / 2), 0, len(t) - 1)
-    if np.max(np.abs(t[near] - wanted)) <= UNEVEN * period:
-        return signal.values[near], ""
+    t = signal.t
+    near = np.clip(np.searchsorted(t, grid - period / 2), 0, len(t) - 1)
+    if np.max(np.abs(t[near] - grid)) <= UNEVEN * period:
+        return signal.values[near], []
     if signal.held:
-        before = np.searchsorted(t, wanted + UNEVEN * period, side="right") - 1
+        before = np.searchsorted(t, grid + UNEVEN * period, side="right") - 1
         values = signal.values[np.clip(before, 0, None)]
     else:
-        values = np.interp(wanted, t, signal.values)
+        values = np.interp(grid, t, signal.values)
     if abs(signal.period / period - 1) < 0.1:
-        return values, ""  # jitter, or a few missing samples, which have notes of their own
+        return values, []  # jitter, or a few missing samples, which have notes of their own
     rule = "held" if signal.held else "interpolated"
-    return values, f"{signal.quantity}: {_rate(signal)}, {rule}, resampled to {1 / period:.4g} Hz"
+    return values, [f"{signal.quantity}: {_rate(signal)}, {rule}, resampled to {1 / period:.4g} Hz"]
 
 
 def _rate(signal: Series) -> str:
     return (
         f"{1 / signal.period:.4g} Hz"
-        if len(signal.t) > 2 and signal.period > 0
+        if signal.period > 0 and len(signal.t) > 2
         else f"{len(signal.t)} samples"
     )
 
@@ -316,7 +299,6 @@ def _line(signal: Series) -> str:
     """How a channel was read, with the range of its values."""
     factor, unit = SHOWN[signal.quantity]
     low, high = signal.values.min() * factor, signal.values.max() * factor
-    column = printable(signal.channel.name, 30)
+    read = f"column {printable(signal.channel.name, 30)}, {signal.text}, {_rate(signal)}"
     rule = "held" if signal.held else "linear"
-    name = f"{signal.quantity}: column {column}"
-    return f"{name}, {signal.text}, {_rate(signal)}, {rule}: {low:.4g} to {high:.4g} {unit}"
+    return f"{signal.quantity}: {read}, {rule}: {low:.4g} to {high:.4g} {unit}"

@@ -1,20 +1,19 @@
 """Process that reads files by libraries: a damaged file can crash them, or make them fill the memory."""
 
-import atexit
 import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from threading import Timer
-from typing import Any, BinaryIO
+from typing import Any
 
 from pneumo.errors import InputError
 
 LARGEST_MEMORY = 800_000_000  # bytes that the process may have beyond those of its start
 LONGEST = 300.0  # s, for one file
-READ = "from pneumo.fitting.record.reader_process import serve; serve()"
+SERVE = "from pneumo.fitting.record.reader_process import serve; serve()"
 
 
 class _Reader:
@@ -26,17 +25,15 @@ class _Reader:
     def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Result of a function in the process; the error raised there, or `EOFError` after a crash."""
         if self.process is None or self.process.poll() is not None:
-            self.close()
             self.process = subprocess.Popen(
-                [sys.executable, "-c", READ],
+                [sys.executable, "-c", SERVE],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
                 env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             )
         process = self.process
-        if process.stdin is None or process.stdout is None:
-            raise EOFError
+        assert process.stdin and process.stdout
         timer = Timer(LONGEST, process.kill)
         timer.start()
         try:
@@ -44,7 +41,9 @@ class _Reader:
             process.stdin.flush()
             result, error = pickle.load(process.stdout)  # noqa: S301 - written by `serve`
         except (OSError, EOFError, pickle.UnpicklingError):
-            self.close()
+            process.kill()
+            process.communicate()
+            self.process = None
             raise EOFError("its content crashes the library that reads it, or takes it too long") from None
         finally:
             timer.cancel()
@@ -52,23 +51,15 @@ class _Reader:
             raise error
         return result
 
-    def close(self) -> None:
-        """End the process."""
-        if self.process is not None:
-            self.process.kill()
-            self.process.communicate()
-            self.process = None
-
 
 READER = _Reader()
-atexit.register(READER.close)
 
 
-def isolated(read: Callable[[Path], Sequence[Any]], path: Path) -> Any:
-    """Content of a file as a function returns it, called in another process."""
+def isolated(read: Callable[..., Any], kind: Any, path: Path) -> Any:
+    """Content of a file of some kind as a function returns it, called in another process."""
     whole = path.absolute()
     try:
-        return READER.call(read, whole)
+        return READER.call(read, kind, whole)
     except InputError as error:
         raise InputError(str(error).replace(str(whole), str(path))) from None
 
@@ -78,13 +69,9 @@ def serve() -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # a library's own output is no answer
     _bound_memory()
-    _answer(sys.stdin.buffer, answers)
-
-
-def _answer(calls: BinaryIO, answers: BinaryIO) -> None:
     while True:
         try:
-            function, arguments = pickle.load(calls)  # noqa: S301 - written by `_Reader`
+            function, arguments = pickle.load(sys.stdin.buffer)  # noqa: S301 - written by `_Reader`
         except EOFError:
             return
         result, error = None, None
@@ -92,6 +79,8 @@ def _answer(calls: BinaryIO, answers: BinaryIO) -> None:
             result = function(*arguments)
         except InputError as refused:
             error = refused
+        except MemoryError:
+            error = ValueError(f"reading it needs more than {LARGEST_MEMORY // 10**6} MB of memory")
         except Exception as failed:
             error = ValueError(" ".join(str(failed).split())[:500] or type(failed).__name__)
         pickle.dump((result, error), answers, pickle.HIGHEST_PROTOCOL)
@@ -100,16 +89,14 @@ def _answer(calls: BinaryIO, answers: BinaryIO) -> None:
 
 def _bound_memory() -> None:
     """Bound the memory of this process, where the system can."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return
     import numpy as np
     import pandas as pd
 
-    assert np.__name__ and pd.__name__  # what they need is no part of the bound
     status = Path("/proc/self/statm")
     if status.exists():
+        import resource
+
+        assert np.__name__ and pd.__name__  # what they need is no part of the bound
         used = int(status.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
         resource.setrlimit(resource.RLIMIT_AS, (used + LARGEST_MEMORY, hard))

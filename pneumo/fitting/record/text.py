@@ -1,8 +1,8 @@
 """Text files of loggers: their layout is found by their content.
 
 A file may begin with comments or any other lines. Its table is the first run of numbers, with a row of names
-above it and perhaps one of units between. Other layouts: LabVIEW's header blocks, TwinCAT Scope's blocks of
-a channel each, and the labelled rows of Simulink's Data Inspector.
+above it and perhaps one of units between. Other layouts: TwinCAT Scope's blocks of a channel each, and the
+labelled rows of Simulink's Data Inspector.
 """
 
 import csv
@@ -11,13 +11,16 @@ import re
 from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pneumo.errors import InputError
-from pneumo.fitting.record.channel import MOST_COLUMNS, MOST_ROWS, Channel, is_time, limit, table_channels
+from pneumo.fitting.record.channel import MOST_COLUMNS, MOST_ROWS, Channel, limit, table_channels
 from pneumo.fitting.record.units import is_unit, plain_unit
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 HEAD_LINES, SAMPLE_LINES = 200, 50  # within which the first sample must be; rows that show the layout
 SEPARATORS = (",", ";", "\t", " ")
@@ -28,10 +31,12 @@ GROUPED = {  # numbers with thousands separators, by decimal sign
     ".": re.compile(r"[+-]?\d{1,3}([,' \u00a0\u2009\u202f]\d{3})+(\.\d*)?"),
     ",": re.compile(r"[+-]?\d{1,3}([.' \u00a0\u2009\u202f]\d{3})+(,\d*)?"),
 }
-LVM, END_OF_HEADER = "LabVIEW Measurement", "***End_of_Header***"
 SCOPE = {"netid", "port", "sampletime[ms]", "symbolname", "data-type"}  # labels of TwinCAT Scope's header
 INSPECTOR = re.compile(r"(Unit|Interp|Type|BlockPath|PortIndex|Enum|Complexity|SignalID):\s*(.*)")
 HELD = {"zoh": True, "linear": False}
+
+
+TIME_UNITS = {"__time": "s", "x-axis": "s", "%time": "ns"}  # of PlotJuggler, ControlDesk and rostopic
 
 
 class _Table(NamedTuple):
@@ -39,8 +44,18 @@ class _Table(NamedTuple):
 
     line: int  # of the first sample, counted from 0
     separator: str
-    widths: tuple[int, int]  # fewest and most fields of a row
+    width: int  # columns that have values
+    most: int  # columns with empty ones
     decimal: str
+
+
+class _Header(NamedTuple):
+    """Description of the columns, for each or for none."""
+
+    names: Sequence[str]
+    units: Sequence[str] = ()
+    held: Sequence[bool | None] = ()
+    time_unit: str = ""
 
 
 def read_text(path: Path, content: bytes) -> list[Channel]:
@@ -54,36 +69,21 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):  # Excel's "Unicode text"
         content = content.decode("utf-16", errors="replace").encode()
     content = content[:-1000] + re.sub(rb"[\s;,]+(EOF|END)[\s;,]*\Z", b"\n", content[-1000:])
-    head = list(islice(io.BytesIO(content), HEAD_LINES + SAMPLE_LINES))
+    head = b"".join(islice(io.BytesIO(content), HEAD_LINES + SAMPLE_LINES))
     try:
         encoding = "utf-8-sig"
-        lines = [line.decode(encoding) for line in head]
+        lines = re.split(r"\r*\n", head.decode(encoding))
     except UnicodeDecodeError:
         encoding = "latin-1"
-        lines = [line.decode(encoding) for line in head]
-    lines = [line.rstrip("\r\n") for line in lines]
-    if any("\0" in line for line in lines):
+        lines = re.split(r"\r*\n", head.decode(encoding))
+    if b"\0" in head:
         raise InputError(f"{path}: not a text file: export it as CSV, with names and units in the first row")
-    if lines and lines[0].startswith(LVM):
-        return _labview(path, content.decode(encoding, errors="replace").splitlines())
     table = _first_sample(path, lines)
-    limit(path, table.widths[0], MOST_COLUMNS, "columns")
-    above = [_fields(line, table.separator) for line in lines[: table.line]]
-    if scope := _scope_names(above):
-        names, units, time_unit = scope
-        held: list[bool | None] = []
-    else:
-        names, units, held = _names(path, lines[: table.line], table)
-        inspector = any(is_time(name) for name in names) and bool(held)
-        time_unit = (
-            "s"
-            if inspector or "__time" in names or names[0].lower() == "x-axis"
-            else "ns"
-            if names[0] == "%time"
-            else ""
-        )
-    columns = _columns(path, content, table, len(names), encoding)
-    return table_channels(zip(names, columns, strict=False), units, held, table.line + 1, time_unit)
+    limit(path, table.width, MOST_COLUMNS, "columns")
+    header = _scope_header(lines[: table.line], table) or _header(path, lines[: table.line], table)
+    columns = _columns(path, content, table, len(header.names), encoding)
+    named = zip(header.names, columns, strict=False)
+    return table_channels(named, header.units, header.held, table.line + 1, header.time_unit)
 
 
 def _fields(line: str, separator: str) -> list[str]:
@@ -107,26 +107,22 @@ def _is_number(text: str) -> bool:
 
 def _first_sample(path: Path, lines: Sequence[str]) -> _Table:
     """First line that is mostly numbers, with the separator by which most of its fields are numbers."""
+
+    def numeric(line: str, separator: str) -> tuple[float, int]:
+        fields = [field for field in _fields(line, separator) if field]
+        count = sum(map(_is_number, fields))
+        mostly = count >= 2 and 2 * count + _is_number(fields[0]) > len(fields)
+        return (count / len(fields), len(fields)) if mostly else (0.0, 0)
+
     for index, line in enumerate(lines[:HEAD_LINES]):
         if line.lstrip().startswith(COMMENTS):
             continue
-        best = (0.0, 0, "")
-        for separator in SEPARATORS:
-            fields = [field for field in _fields(line, separator) if field]
-            count = sum(map(_is_number, fields))
-            half = 2 * count == len(fields) and _is_number(fields[0]) if fields else False
-            if count >= 2 and (2 * count > len(fields) or half):
-                candidate = (count / len(fields), len(fields), separator)
-                best = (
-                    candidate if candidate[:2] > best[:2] else best
-                )  # of several the first: a tab, not spaces
-        if best[2]:
-            separator = best[2]
+        separator = max(SEPARATORS, key=lambda s: numeric(line, s))  # of several the first: a tab, not spaces
+        if numeric(line, separator)[1]:
             rows = [_fields(row, separator) for row in lines[index : index + SAMPLE_LINES]]
-            widest = max(line.count(separator) + 1, len(rows[0])) if separator != " " else len(rows[0])
-            narrowest = max(map(len, rows)) if separator != " " else len(rows[0])
-            cells = [cell for row in rows for cell in row]
-            return _Table(index, separator, (narrowest, max(widest, narrowest)), _decimal(cells))
+            width = max(map(len, rows)) if separator != " " else len(rows[0])
+            most = max(width, line.count(separator) + 1) if separator != " " else width
+            return _Table(index, separator, width, most, _decimal([cell for row in rows for cell in row]))
     raise InputError(
         f"{path}: no numbers in columns within the first {HEAD_LINES} lines: export the record as CSV,"
         " with names and units in the first row"
@@ -145,52 +141,46 @@ def _decimal(cells: Sequence[str]) -> str:
     return "," if commas else "."
 
 
-def _names(path: Path, above: Sequence[str], table: _Table) -> tuple[list[str], list[str], list[bool | None]]:
+def _header(path: Path, above: Sequence[str], table: _Table) -> _Header:
     """Names of the columns, their units and rules from rows between names and numbers, if there are any."""
-    (width, most), rows, halves = table.widths, list[list[str]](), False
-    labels = dict[str, list[str]]()
+    rows, labels, halves = list[list[str]](), dict[str, list[str]](), False
     # Spaces part names last: they are within names more often than other separators.
     separators = sorted(dict.fromkeys((table.separator, *SEPARATORS[:3])), key=lambda s: s == " ")
     for line in above:
         splits = [_fields(line, separator) for separator in separators]
-        halves |= table.separator == "," and 2 * len(splits[0]) == width
+        halves |= table.separator == "," and 2 * len(splits[0]) == table.width
         matches = [INSPECTOR.fullmatch(field) for field in splits[0]]
-        if any(matches) and all(match or not field for match, field in zip(matches, splits[0], strict=True)):
-            label = next(match[1] for match in matches if match)
+        label = next((match[1] for match in matches if match), "")
+        if label and all(match or not field for match, field in zip(matches, splits[0], strict=True)):
             labels[label] = [match[2] if match else "" for match in matches]
-            continue
-        # One more than numbers: LabVIEW has a column of comments that may be left out below.
-        rows += [fields for fields in splits if width <= len(fields) <= most + 1][:1]
+        else:
+            # One more than numbers: a column of comments may be left out below.
+            rows += [fields for fields in splits if table.width <= len(fields) <= table.most + 1][:1]
     if not rows:
         remedy = "write names and units there, such as P_A_kPa"
         if halves:
-            remedy = (
-                f"one has {width // 2}: decimal commas and commas between columns? export with semicolons"
-            )
-        raise InputError(f"{path}: no row of {width} names above the numbers: {remedy}")
+            half = table.width // 2
+            remedy = f"one has {half}: decimal commas and commas between columns? export with semicolons"
+        raise InputError(f"{path}: no row of {table.width} names above the numbers: {remedy}")
     below = [plain_unit(field) for field in rows[-1]]
     has_units = len(rows) > 1 and 2 * sum(map(is_unit, below)) >= sum(map(bool, below))
     fields = rows[-2] if has_units else rows[-1]
     names = [field or f"column {number + 1}" for number, field in enumerate(fields)]
+    time_unit = "s" if labels else next((TIME_UNITS[n.lower()] for n in names if n.lower() in TIME_UNITS), "")
     units = below if has_units else list(map(plain_unit, labels.get("Unit", [])))
-    rules: list[bool | None] = [HELD.get(rule) for rule in labels.get("Interp", [])]
-    return names, units, rules if labels else []
+    return _Header(names, units, [HELD.get(rule) for rule in labels.get("Interp", [])], time_unit)
 
 
-def _scope_names(above: Sequence[Sequence[str]]) -> tuple[list[str], list[str], str] | None:
-    """Names and units of TwinCAT Scope's export; its time columns are called Time.
-
-    Each column of times has labels above it, those of values what the labels name.
-    """
-    rows = {row[0].lower(): row for row in above if len(row) > 1}
+def _scope_header(above: Sequence[str], table: _Table) -> _Header | None:
+    """Header of TwinCAT Scope's export: a column of labels, then times, for each of texts, then values."""
+    fields = [_fields(line, table.separator) for line in above]
+    rows = {row[0].lower(): row for row in fields if len(row) > 1}
     if len(SCOPE & {*rows}) < 2 or "name" not in rows:
         return None
-    titles = [row for row in above if row and row[0] == rows["name"][0]]
-    label, row = titles[-1][0], titles[-1]
     units = rows.get("unit", [])
-    names = ["Time" if name == label else name or f"column {k + 1}" for k, name in enumerate(row)]
-    given = ["" if name == "Time" or k >= len(units) else units[k] for k, name in enumerate(names)]
-    return names, given, "ms"
+    labels = [rows["name"][0], *units[:1]]
+    names = ["Time" if name in labels else name or f"column {k + 1}" for k, name in enumerate(rows["name"])]
+    return _Header(names, ["" if unit in labels else unit for unit in units], time_unit="ms")
 
 
 def _columns(path: Path, content: bytes, table: _Table, count: int, encoding: str) -> list[np.ndarray]:
@@ -203,7 +193,7 @@ def _columns(path: Path, content: bytes, table: _Table, count: int, encoding: st
         decimal=table.decimal,
         skiprows=table.line,
         header=None,
-        names=range(max(count, table.widths[1])),
+        names=range(max(count, table.most)),
         index_col=False,
         nrows=MOST_ROWS + 1,
         encoding=encoding,
@@ -214,110 +204,17 @@ def _columns(path: Path, content: bytes, table: _Table, count: int, encoding: st
         low_memory=False,
     )
     limit(path, len(frame), MOST_ROWS, "rows or more")
-    return [_plain(frame.iloc[:, k].to_numpy(), table.decimal) for k in range(min(count, frame.shape[1]))]
+    return [_plain(frame.iloc[:, k], table.decimal) for k in range(min(count, frame.shape[1]))]
 
 
-def _plain(values: np.ndarray, decimal: str) -> np.ndarray:
-    """Column whose numbers have no thousands separators, and a point for a decimal comma."""
-    if values.dtype.kind != "O":
-        return values
-    group = re.compile(r"[^\d+.-]" if decimal == "." else r"[^\d+,-]")
-
-    def plain(text: object) -> object:
-        if not isinstance(text, str):
-            return "" if text is None or text != text else text
-        text = text.strip()
-        if GROUPED[decimal].fullmatch(text):
-            text = group.sub("", text)
-        return text.replace(",", ".") if decimal == "," and COMMA.fullmatch(text) else text
-
-    return np.array([plain(value) for value in values], dtype=object)
-
-
-def _labview(path: Path, lines: Sequence[str]) -> list[Channel]:
-    """Channels of an .lvm file: each segment has a header with units, first times and increments."""
-    ends = [k for k, line in enumerate(lines) if line.startswith(END_OF_HEADER)]
-    first = lines[: ends[0]] if ends else lines
-    separator = "," if any(line.lower().startswith("separator,") for line in first) else "\t"
-    multi = any(line.replace(separator, " ").startswith("X_Columns Multi") for line in first)
-    parts = dict[str, list[Channel]]()
-    for number, end in enumerate(ends[1:] or ends[:1], start=1):
-        begin = max((k for k, line in enumerate(lines[:end]) if line.startswith("Channels")), default=0)
-        after = ends[1:][number] if number < len(ends[1:]) else len(lines)
-        if number < len(ends[1:]):  # the next segment's header begins with Channels
-            after = max((k for k in range(end + 1, after) if lines[k].startswith("Channels")), default=after)
-        header = {row[0].strip(): row[1:] for row in (line.split(separator) for line in lines[begin:end])}
-        for channel in _segment(path, lines, (end + 1, after), header, separator, multi):
-            parts.setdefault(channel.name, []).append(channel)
-    if not parts:
-        raise InputError(f"{path}: no numbers in columns below {END_OF_HEADER}")
-    return [_joined(segments) for segments in parts.values()]
-
-
-def _segment(
-    path: Path,
-    lines: Sequence[str],
-    span: tuple[int, int],
-    header: dict[str, list[str]],
-    separator: str,
-    multi: bool,
-) -> list[Channel]:
-    """Channels of one segment of an .lvm file, whose row of names is the first line of `span`."""
-    line, end = span
-    rows = lines[line + 1 : end]
-    limit(path, len(rows), MOST_ROWS, "rows")
-    names = lines[line].split(separator) if line < len(lines) else []
-    limit(path, len(names), MOST_COLUMNS, "columns")
-    cells = [cell.strip() for row in rows[:SAMPLE_LINES] for cell in row.split(separator)]
-    if not any(map(_is_number, cells)):
-        return []
-    decimal = _decimal([cell for cell in cells if _is_number(cell)])
-    content = "\n".join(rows).encode()
-    columns = _columns(
-        path, content, _Table(0, separator, (len(names), len(names)), decimal), len(names), "utf-8"
+def _plain(column: "pd.Series", decimal: str) -> np.ndarray:
+    """Values of a column; in text, numbers without thousands separators, and a point for a decimal comma."""
+    if column.dtype.kind in "iufb":
+        return column.to_numpy()
+    text = column.astype(object).where(column.notna(), "").astype(str).str.strip()
+    text = text.mask(
+        text.str.fullmatch(GROUPED[decimal]), text.str.replace(rf"[^\d{decimal}+-]", "", regex=True)
     )
-    names = [name.strip() or f"column {k + 1}" for k, name in enumerate(names)]
-
-    def entries(key: str) -> list[str]:
-        values = [value.strip() for value in header.get(key, [])]
-        return values[::2] if multi and len(values) > len(channels) else values
-
-    channels = [name for name in names if not is_time(name) and name != "Comment"]
-    labels, steps, starts = (entries(key) for key in ("Y_Unit_Label", "Delta_X", "X0"))
-    made = list[Channel]()
-    times = Channel("X_Value", np.empty(0), "s")
-    for name, values in zip(names, columns, strict=False):
-        if is_time(name):
-            times = Channel("X_Value", values, "s", first_line=line + 2)
-        elif name in channels:
-            k = len(made)
-            filled = np.flatnonzero([value == value and value != "" for value in values])
-            values = values[: filled[-1] + 1 if len(filled) else 0]
-            clock = times._replace(values=times.values[: len(values)])
-            if not len(times.values) or all(t != t or t == "" for t in clock.values):
-                step, start = (
-                    float((texts[k] if k < len(texts) else "").replace(",", ".") or other)
-                    for texts, other in ((steps, "nan"), (starts, "0"))
-                )
-                clock = Channel("X_Value", start + step * np.arange(len(values)), "s")
-            unit = plain_unit(labels[k]) if k < len(labels) else ""
-            made.append(Channel(name, values, unit, clock, None, line + 2))
-    return made
-
-
-def _joined(segments: Sequence[Channel]) -> Channel:
-    """Channel of several segments; one that begins anew follows the one before it by one step."""
-    first, *others = segments
-    if not others or first.clock is None:
-        return first
-    times, values = [np.asarray(first.clock.values, dtype=float)], [first.values]
-    for segment in others:
-        if segment.clock is None or not len(segment.values):
-            continue
-        t, last = np.asarray(segment.clock.values, dtype=float), times[-1]
-        if len(last) > 1 and t[0] <= last[-1]:
-            t = t - t[0] + last[-1] + (last[-1] - last[-2])
-        times.append(t)
-        values.append(segment.values)
-    t = np.concatenate(times)
-    return first._replace(values=np.concatenate(values), clock=first.clock._replace(values=t), first_line=0)
+    if decimal == ",":
+        text = text.mask(text.str.fullmatch(COMMA), text.str.replace(",", "."))
+    return text.to_numpy(dtype=object)

@@ -4,52 +4,54 @@ The factors are compared with those of pint in the tests; pint itself takes 0.3 
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pneumo.configuration.plausible_cylinders import ATMOSPHERE
 
-LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
+LENGTHS = {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
 TIMES = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
     **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e-3),
     **dict.fromkeys(("us", "usec", "microsecond", "microseconds"), 1e-6),
     **dict.fromkeys(("ns", "nsec", "nanosecond", "nanoseconds"), 1e-9),
     "100 ns": 1e-7,  # FILETIME, of Windows
-    **dict.fromkeys(("min", "minutes"), 60.0),
+    **dict.fromkeys(("min", "minute", "minutes"), 60.0),
+    **dict.fromkeys(("h", "hr", "hour", "hours"), 3600.0),
 }
 PRESSURES = {
-    **{"Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
+    **{"kPa": 1e3, "bar": 1e5, "Pa": 1.0, "MPa": 1e6, "mbar": 1e2, "hPa": 1e2, "psi": 6894.757293168361},
     **dict.fromkeys(("kgf/cm2", "kg/cm2", "kp/cm2"), 98066.5),
     **{"N/mm2": 1e6, "lbf/in2": 6894.757293168361, "inHg": 25.4 * 133.322387415},
     **{"atm": 101325.0, "Torr": 101325 / 760, "mmHg": 133.322387415},
+    **{"mmH2O": 9.80665, "cmH2O": 98.0665, "inH2O": 25.4 * 9.80665},
 }
 TEMPERATURES = {  # factor and offset
     **dict.fromkeys(("K", "kelvin"), (1.0, 0.0)),
     **dict.fromkeys(("degC", "deg C", "C", "celsius"), (1.0, 273.15)),
     **dict.fromkeys(("degF", "deg F", "F", "fahrenheit"), (5 / 9, 273.15 - 32 * 5 / 9)),
 }
-MASS_FLOWS = {"kg/s": 1.0, "g/s": 1e-3, "g/min": 1e-3 / 60, "kg/h": 1 / 3600, "kg/min": 1 / 60}
+MASSES = {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237}
 VOLUMES = {
     **dict.fromkeys(("l", "L", "dm3", "liter", "litre"), 1e-3),
     **dict.fromkeys(("cm3", "ml", "mL", "cc"), 1e-6),
     "m3": 1.0,
     "ft3": 0.3048**3,
 }
+VOLTAGES = {"V": 1.0, "mV": 1e-3, **dict.fromkeys(("volt", "volts", "VDC"), 1.0)}
 COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, slm, sccm, nlpm, scfm
 ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
-QUANTITIES = ("t", "u", "x", "v", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
+QUANTITIES = ("t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
 CHOICES = {  # written in messages, by quantity
-    "t": "s, ms, us, ns, min",
+    "t": "s, ms, us, ns, min, h",
     "u": "V, mV, %, mA 4..20, V 0..10, 0/1",
-    "x": "m, cm, mm, um, in",
-    "v": "m/s, cm/s, mm/s, um/s, in/s",
+    "x": "mm, cm, m, um, in",
     **dict.fromkeys(
         ("P_A", "P_B", "P_s"),
-        "Pa, hPa, kPa, MPa, mbar, bar, psi, kgf/cm2, atm, mmHg, Torr, for a gauge bar(g)",
+        "Pa, hPa, kPa, MPa, mbar, bar, psi, kgf/cm2, atm, mmHg, Torr, cmH2O, inH2O, for a gauge bar(g)",
     ),
     **dict.fromkeys(
-        ("m_A", "m_B"), "kg/s, g/s, kg/h, Nl/min (0 degC, 1.01325 bar), l/min(ANR), l/min(20 degC, 1 bar)"
+        ("m_A", "m_B"), "kg/s, g/s, mg/s, kg/h, Nl/min (0 degC, 1.01325 bar), l/min(ANR) or (20 degC, 1 bar)"
     ),
     "T": "K, degC, degF",
 }
@@ -61,7 +63,7 @@ MARKED = re.compile(
     re.IGNORECASE,
 )
 VOLUME_FLOW = re.compile(
-    r"(?P<kind>norm|std|[ns])?\.?\s?(?P<volume>[a-z]+3?)(?:_?(?P<behind>n))?/(?P<time>s|sec|min|h)"
+    r"(?P<kind>norm|std|[ns])?\.?\s?(?P<volume>[a-z]+3?)(?:_?(?P<behind>n))?/(?P<time>[a-z]+)"
     r"\s*(?:[\[(](?P<state>.+)[\])])?",
     re.IGNORECASE,
 )
@@ -71,6 +73,8 @@ RANGE = re.compile(
     rf"(?P<before>V|mA|%)?\s*[\[(]?(?P<low>{NUMBER})\s*(?:\.\.\.?|to|-)\s*(?P<high>{NUMBER})[\])]?\s*(?P<behind>V|mA|%)?"
 )
 ON_OFF = "0/1"
+RANGES = {"mA": "mA 4..20", **dict.fromkeys((ON_OFF, "bool", "boolean", "logical", "on/off"), "0..1")}
+FULL_SCALE = re.compile(r"(?:%|percent)(?:\s*(?:of\s+)?(?:FS|F\.S|full[\s-]?scale))?", re.IGNORECASE)
 STANDARD_ATMOSPHERE = 101325.0  # Pa
 
 
@@ -115,26 +119,32 @@ def _named(unit: str, units: Iterable[str]) -> str:
     return alike[0] if len(alike) == 1 and unit != "mPa" else ""
 
 
-def pressure_unit(text: str) -> tuple[str, str] | None:
-    """Unit of a pressure and "gauge", "absolute" or "": ("bar", "gauge") for `bar rel`; None if unknown."""
-    unit = plain_unit(text)
-    if named := _named(unit, PRESSURES):
-        return named, ""
-    match = MARKED.fullmatch(unit)
-    named = _named(match["unit"].strip(), PRESSURES) if match else ""
-    if not match or not named or match["mark"].lower().startswith("d"):
+def _pressure(unit: str, P_atm: float) -> Reading | None:
+    """Reading of a pressure, absolute without a mark, gauge for `bar rel`."""
+    marked = None if _named(unit, PRESSURES) else MARKED.fullmatch(unit)
+    named = _named(marked["unit"].strip() if marked else unit, PRESSURES)
+    mark = marked["mark"].lower() if marked else "a"
+    if not named or mark.startswith("d"):
         return None
-    return named, "absolute" if match["mark"].lower().startswith("a") else "gauge"
+    absolute = mark.startswith("a")
+    offset, kind = (0.0, "absolute") if absolute else (gauge_zero(P_atm), "gauge")
+    return Reading(PRESSURES[named], offset, f"{named} {kind}")
+
+
+def _rate(unit: str, units: Mapping[str, float]) -> Reading | None:
+    """Reading of one of some units over a time, such as kg/h."""
+    above, _, below = unit.rpartition("/")
+    named, time = _named(above.strip(), units), _named(below.strip(), TIMES)
+    return Reading(units[named] / TIMES[time], 0.0, f"{named}/{time}") if named and time else None
 
 
 def _command(unit: str, u_max: float) -> Reading | None:
-    for name, factor in (("V", 1.0), ("mV", 1e-3)):
-        if unit == name or (name == "V" and unit.lower() in ("volt", "volts", "vdc")):
-            return Reading(factor, 0.0, name)
+    if named := _named(unit, VOLTAGES):
+        return Reading(VOLTAGES[named], 0.0, named)
     unit = re.sub(r"(?:±|\+/-)\s*(\d+)", r"-\1..\1", unit)
-    if unit in ("%", "percent"):
+    if FULL_SCALE.fullmatch(unit):
         return Reading(u_max / 100, 0.0, f"% of {u_max:g} V")
-    match = RANGE.fullmatch({"mA": "mA 4..20", ON_OFF: "0..1"}.get(unit, unit))
+    match = RANGE.fullmatch(RANGES.get(_named(unit, RANGES), unit))
     if not match or not float(match["low"]) < float(match["high"]):
         return None
     low, high = float(match["low"]), float(match["high"])
@@ -147,17 +157,18 @@ def _command(unit: str, u_max: float) -> Reading | None:
 
 def _flow(unit: str, R: float) -> Reading | str | None:
     """Reading of a flow; text if its reference state is to be named."""
-    if named := _named(unit, MASS_FLOWS):
-        return Reading(MASS_FLOWS[named], 0.0, named)
+    if found := _rate(unit, MASSES):
+        return found
     unit = re.sub(r"\s+ANR$", "(ANR)", unit)
     short = re.fullmatch(r"([ns]?)(lpm|lm|ccm|cfm)\s*([\[(].*)?", unit, re.IGNORECASE)
     match = VOLUME_FLOW.fullmatch(f"{short[1]}{COMPACT[short[2].lower()]}{short[3] or ''}" if short else unit)
     volume = _named(match["volume"], VOLUMES) if match else ""
     if match and not volume and match["volume"].lower().endswith("n"):  # ln/min
         volume = _named(match["volume"][:-1], VOLUMES)
-    if not match or not volume:
+    per = _rate(f"{volume}/{match['time']}", VOLUMES) if match else None
+    if not match or not per:
         return None
-    rate = VOLUMES[volume] / {"s": 1.0, "sec": 1.0, "min": 60.0, "h": 3600.0}[match["time"].lower()]
+    rate = per.factor
     state = (match["state"] or "").strip()
     if state.upper() == "ANR":
         density = ANR if abs(R / R_AIR - 1) < 0.01 else 1e5 / (R * 293.15)
@@ -181,16 +192,11 @@ def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Readin
     """How numbers of a quantity in a unit are read; else one line on what to write instead."""
     unit = plain_unit(text)
     found: Reading | str | None = None
-    if quantity == "t" and (named := _named(unit, TIMES)):
-        found = Reading(TIMES[named], 0.0, named)
-    elif quantity == "x" and (named := _named(unit, LENGTHS)):
-        found = Reading(LENGTHS[named], 0.0, named)
-    elif quantity == "v" and unit.endswith(("/s", "/sec")):
-        named = _named(unit.rpartition("/")[0].strip(), LENGTHS)
-        found = Reading(LENGTHS[named], 0.0, f"{named}/s") if named else None
-    elif quantity.startswith("P_") and (pressure := pressure_unit(unit)):
-        zero = gauge_zero(around.P_atm) if pressure[1] == "gauge" else 0.0
-        found = Reading(PRESSURES[pressure[0]], zero, f"{pressure[0]} {pressure[1] or 'absolute'}")
+    table = {"t": TIMES, "x": LENGTHS}.get(quantity, {})
+    if named := _named(unit, table):
+        found = Reading(table[named], 0.0, named)
+    elif quantity.startswith("P_"):
+        found = _pressure(unit, around.P_atm)
     elif quantity == "T" and (named := _named(unit, TEMPERATURES)):
         found = Reading(*TEMPERATURES[named], named)
     elif quantity.startswith("m_"):
@@ -204,9 +210,7 @@ def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Readin
     if quantity.startswith("P_") and MARKED.fullmatch(unit) and unit.lower().endswith(("d", "diff)", "diff")):
         hint = "; a differential pressure is none of them: against the atmosphere it is bar(g)"
     elif unit in ("mA", "V", "mV", "%", "counts"):
-        hint = (
-            "; of a converter, give the unit it measures, and `scale` and `offset`, in a file for --columns"
-        )
+        hint = "; of a converter, give the unit it measures, and `scale` and `offset`, in --columns"
     return f"{problem}; the units are {CHOICES[quantity]}{hint}"
 
 
@@ -215,5 +219,5 @@ def is_unit(text: str) -> bool:
     unit = plain_unit(text)
     return bool(unit) and any(
         isinstance(found := reading(quantity, unit), Reading) or "of which reference" in found
-        for quantity in ("t", "u", "x", "v", "P_A", "m_A", "T")
+        for quantity in ("t", "u", "x", "P_A", "m_A", "T")
     )

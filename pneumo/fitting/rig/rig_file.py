@@ -41,41 +41,62 @@ class Quantity(NamedTuple):
     high: float
     default: float | None  # in that unit; None: absent
     meaning: str
+    needs: tuple[str, ...] = ()  # quantities that must be given with it
 
 
 QUANTITIES: dict[str, Quantity] = {
     "volume": Quantity("L", 1e-6, 1e6, None, "a vessel's; for a cylinder bore and dead volume instead"),
-    "bore": Quantity("mm", 1, 1e4, None, "piston diameter"),
+    "bore": Quantity("mm", 1, 1e4, None, "piston diameter", ("dead_volume",)),
     "rod": Quantity("mm", 0, 1e4, 0, "diameter of a rod in this chamber"),
-    "dead_volume": Quantity("mL", 0.01, 1e7, None, "of the chamber at the smallest x of the record"),
+    "dead_volume": Quantity(
+        "mL", 0.01, 1e7, None, "of the chamber at the smallest x of the record", ("bore",)
+    ),
     "k_0": Quantity("W_per_K", 0, 1e4, 0, "conductance from gas to wall at the start"),
     "store_k": Quantity("W_per_K", 0, 1e4, 0, "conductance from the gas to a heat store beside it"),
     "store_c": Quantity("J_per_K", 0, 1e7, 0, "heat capacity of that store; 0: none"),
     "store_back": Quantity("W_per_K", 0, 1e4, 0, "conductance from the store to the wall"),
     "n": Quantity("", 0.1, 10, None, "polytropic index, of models that have one; [1, gamma] by default"),
-    "hose_volume": Quantity("mL", 0.01, 1e6, None, "of a line between valve and chamber"),
-    "hose_C": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance by ISO 6358, inward"),
-    "hose_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent"),
+    "hose_volume": Quantity("mL", 0.01, 1e6, None, "of a line between valve and chamber", ("hose_C",)),
+    "hose_C": Quantity(
+        "dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance by ISO 6358, inward", ("hose_volume",)
+    ),
+    "hose_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("hose_volume",)),
     "hose_out_over_in": Quantity("", 1e-3, 1e3, 1, "its C outward over inward: a throttle with check valve"),
     "hose_k": Quantity("W_per_K", 0, 1e4, 0, "conductance from the line's gas to its wall"),
-    "valve_C_in": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "of an open on/off valve, from the supply"),
-    "valve_C_out": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "of a closed one, out"),
-    "valve_b": Quantity("", 0.01, 0.99, None, "critical ratio of both; eq (1) where absent"),
-    "valve_b_out": Quantity("", 0.01, 0.99, None, "critical ratio outward; as valve_b where absent"),
+    "valve_C_in": Quantity(
+        "dm3_per_sbar", 1e-4, 1e3, None, "of an open on/off valve, from the supply", ("valve_C_out", "P_s")
+    ),
+    "valve_C_out": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "of a closed one, out", ("valve_C_in",)),
+    "valve_b": Quantity("", 0.01, 0.99, None, "critical ratio of both; eq (1) where absent", ("valve_C_in",)),
+    "valve_b_out": Quantity(
+        "", 0.01, 0.99, None, "critical ratio outward; as valve_b where absent", ("valve_C_in",)
+    ),
     "valve_opening_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that opens it to the first flow"),
     "valve_closing_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that closes it"),
     "valve_opening": Quantity("ms", 0.01, 1e4, 1, "time that it takes to open"),
     "valve_closing": Quantity("ms", 0.01, 1e4, 1, "time that it takes to close"),
-    "silencer_volume": Quantity("mL", 0.01, 1e6, None, "of a silencer behind each exhaust of the valve"),
-    "silencer_C": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance to the atmosphere"),
-    "silencer_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent"),
+    "silencer_volume": Quantity(
+        "mL", 0.01, 1e6, None, "of a silencer behind each exhaust of the valve", ("silencer_C", "valve_C_out")
+    ),
+    "silencer_C": Quantity(
+        "dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance to the atmosphere", ("silencer_volume",)
+    ),
+    "silencer_b": Quantity(
+        "", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("silencer_volume",)
+    ),
     "orifice": Quantity("mm", 1e-3, 1e3, None, "diameter of an opening to the surroundings, never shut"),
     "C_d": Quantity("", 1e-3, 10, 1, "its discharge coefficient"),
-    "orifice_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent"),
-    "P_s": Quantity("bar", 0.01, 500, None, "absolute supply pressure"),
-    "supply_volume": Quantity("L", 1e-6, 1e6, None, "of a supply that sags; infinite where absent"),
-    "regulator_C": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "from a source at P_s into that volume"),
-    "regulator_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent"),
+    "orifice_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("orifice",)),
+    "P_s": Quantity("bar", 0.01, 500, None, "absolute supply pressure", ("valve_C_in",)),
+    "supply_volume": Quantity(
+        "L", 1e-6, 1e6, None, "of a supply that sags; infinite where absent", ("regulator_C", "valve_C_in")
+    ),
+    "regulator_C": Quantity(
+        "dm3_per_sbar", 1e-4, 1e3, None, "from a source at P_s into that volume", ("supply_volume",)
+    ),
+    "regulator_b": Quantity(
+        "", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("supply_volume",)
+    ),
     "P_surroundings": Quantity("bar", 1e-3, 500, 1.01325, "absolute pressure of the atmosphere"),
     "T_surroundings": Quantity("K", 100, 1000, 293.15, "of walls, supply and atmosphere"),
     "P_start": Quantity("bar", 1e-3, 500, None, "before the first sample; the surroundings' where absent"),
@@ -84,47 +105,27 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "T_lag": Quantity("s", 0, 1e3, 0, "lag of the thermometer in the gas, of first order"),
     "dead_volume_B": Quantity(
-        "mL", 0.01, 1e7, None, "of the other chamber on the same 5/2 valve, at the largest x of the record"
+        *(
+            "mL",
+            0.01,
+            1e7,
+            None,
+            "of the other chamber on the same 5/2 valve, at the largest x of the record",
+        ),
+        needs=("bore", "valve_C_in"),
     ),
-    **{
-        f"{name}_B": Quantity(unit, low, high, None, f"of the other chamber; as {name} where absent")
-        for name, unit, low, high in (
-            ("rod", "mm", 0, 1e4),
-            ("k_0", "W_per_K", 0, 1e4),
-            ("hose_volume", "mL", 0.01, 1e6),
-            ("hose_C", "dm3_per_sbar", 1e-4, 1e3),
-            ("valve_C_in", "dm3_per_sbar", 1e-4, 1e3),
-            ("valve_C_out", "dm3_per_sbar", 1e-4, 1e3),
-            ("T_start", "K", 100, 1000),
-        )
-    },
-    "P_start_B": Quantity("bar", 1e-3, 500, None, "of the other chamber before a pulse; P_s where absent"),
 }
-TOGETHER = (  # either all of a row or none
-    ("bore", "dead_volume"),
-    ("hose_volume", "hose_C"),
-    ("valve_C_in", "valve_C_out", "P_s"),
-    ("supply_volume", "regulator_C"),
-    ("silencer_volume", "silencer_C"),
+SHARED = ("rod", "k_0", "hose_volume", "hose_C", "valve_C_in", "valve_C_out", "T_start")  # by both chambers
+QUANTITIES |= {
+    f"{name}_B": row._replace(default=None, meaning=f"of the other chamber; as {name} where absent")
+    for name in SHARED
+    for row in [QUANTITIES[name]._replace(needs=("dead_volume_B", *(["hose_volume"] * ("hose" in name))))]
+}
+QUANTITIES["P_start_B"] = QUANTITIES["P_start"]._replace(
+    meaning="of the other chamber before a pulse; P_s where absent", needs=("dead_volume_B",)
 )
-ONE_OF = (("volume", "bore"),)
-AT_MOST_ONE = (("orifice", "valve_C_in"),)  # neither: the gas is shut in
 OF_B = tuple(name for name in QUANTITIES if name.endswith("_B"))
-NEEDS = (  # the second of a row, where the first is given
-    ("dead_volume_B", "bore"),
-    ("dead_volume_B", "valve_C_in"),
-    *((name, "dead_volume_B") for name in OF_B if name != "dead_volume_B"),
-    ("silencer_volume", "valve_C_out"),
-    ("supply_volume", "valve_C_in"),
-    ("hose_b", "hose_volume"),
-    ("valve_b", "valve_C_in"),
-    ("valve_b_out", "valve_C_in"),
-    ("silencer_b", "silencer_volume"),
-    ("orifice_b", "orifice"),
-    ("regulator_b", "supply_volume"),
-    ("hose_volume_B", "hose_volume"),
-    ("hose_C_B", "hose_volume"),
-)
+AT_MOST_ONE = (("volume", "bore"), ("orifice", "valve_C_in"))
 TEXTS = {"gas": tuple(GASES), "sensor": SENSORS}
 
 
@@ -200,22 +201,15 @@ def rig(content: Mapping[str, Any], source: str) -> Rig:
             ends[name] = factor(name) * low, factor(name) * high
         elif quantity.default is not None:
             ends[name] = factor(name) * quantity.default, factor(name) * quantity.default
-    for together in TOGETHER:
-        absent = [name for name in together if name not in ends]
-        if absent and len(absent) < len(together):
-            all_keys = ", ".join(key(name) for name in together)
-            raise ConfigurationError(f"{source}: {key(absent[0])}: missing; {all_keys}: give all or none")
-    for first, second in ONE_OF + AT_MOST_ONE:
-        neither = first not in ends and second not in ends
-        if (first in ends and second in ends) or (neither and (first, second) in ONE_OF):
-            other = key(second)
-            problem = (
-                f"conflicts with {other}; give only one" if first in ends else f"missing; or give {other}"
-            )
-            raise ConfigurationError(f"{source}: {key(first)}: {problem}")
-    for name, needed in NEEDS:
-        if name in ends and needed not in ends:
-            raise ConfigurationError(f"{source}: {key(name)}: needs {key(needed)}, which is missing")
+    if not ends.keys() & {"volume", "bore"}:
+        raise ConfigurationError(f"{source}: {key('volume')}: missing; or give {key('bore')}")
+    for first, second in AT_MOST_ONE:
+        if first in ends and second in ends:
+            raise ConfigurationError(f"{source}: {key(first)}: conflicts with {key(second)}; give only one")
+    for name in ends:
+        for needed in QUANTITIES[name].needs:
+            if needed not in ends:
+                raise ConfigurationError(f"{source}: {key(name)}: needs {key(needed)}, which is missing")
     gas = GASES[texts["gas"]]
     ends.setdefault("n", (1.0, gas.gamma))
     ends.setdefault("P_start", ends["P_surroundings"])

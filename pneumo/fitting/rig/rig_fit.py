@@ -1,15 +1,16 @@
 """Models of one volume of gas fitted to the runs of a rig, and judged on points that the fit did not use."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from pneumo.fitting.engine import Solution, covariances, parameter_interval, slopes, solve
+from pneumo.fitting.engine import Solution, WithoutPrior, covariances, solve
 from pneumo.fitting.estimate import ranked
 from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, rms_of_chambers
 from pneumo.fitting.rig.rig_file import Rig, factor, fitted_quantity, key
-from pneumo.fitting.rig.rig_record import Points, Run, halves
+from pneumo.fitting.rig.rig_record import Points, Run
 from pneumo.fitting.rig.rig_replay import ADIABATIC, RIG_MODELS, WALL, replay_run, rms, run_errors
 from pneumo.fitting.settings import C_D, FEW_POINTS, HOSE_HELPS, PART, PART_OF_RUNS
 from pneumo.physics.models import MODELS
@@ -19,7 +20,6 @@ FAR = 1e3  # residual where there is no replay
 STARTS = (0.5, 0.3, 0.15, 0.95)  # between the two ends, on a logarithmic scale where both are positive
 OFF_END = 0.01  # distance from the ends, of the same kind, at which a search begins
 ON_END = 1e-3  # of the distance between its ends, within which a parameter is on one of them
-SLOPE_STEP = 1e-6  # of finite differences
 POSSIBLE_HOSE = {"hose_volume": (0.2e-6, 1e-4), "hose_C": (0.05e-8, 10e-8)}  # 16 mm to 8 m of 4 mm
 LEAST_HOSE = 1e-3  # of a vessel's volume: the gas of a smaller hose is nothing beside the vessel's
 MOST_SHOWN = 2000  # samples of a pressure in the result
@@ -36,7 +36,8 @@ def fitted_names(rig: Rig, model: str) -> list[str]:
     return [name for name in names if name != "T_lag" or row is None]
 
 
-class RigProblem(NamedTuple):
+@dataclass(frozen=True)
+class RigProblem(WithoutPrior):
     """Least squares of a model; parameters run from 0 to 1 between their ends."""
 
     rig: Rig
@@ -44,15 +45,17 @@ class RigProblem(NamedTuple):
     runs: Sequence[Run]
     names: tuple[str, ...]
     temperature: bool = False  # whether measured temperatures are fitted too
+    slope_step: ClassVar[float] = 1e-6
+
+    def si(self, name: str, part: float) -> float:
+        """Value of a parameter in SI units."""
+        low, high = self.rig.ends[name]
+        return low + part * (high - low)
 
     def values(self, theta: np.ndarray) -> dict[str, float]:
         """All quantities, SI units."""
-        ends = self.rig.ends
-        fitted = {
-            name: ends[name][0] + float(part) * (ends[name][1] - ends[name][0])
-            for name, part in zip(self.names, theta, strict=True)
-        }
-        return {name: low for name, (low, _) in ends.items()} | fitted
+        fitted = {name: self.si(name, float(part)) for name, part in zip(self.names, theta, strict=True)}
+        return {name: low for name, (low, _) in self.rig.ends.items()} | fitted
 
     def bounds(self) -> np.ndarray:
         """Bounds of the search, shape (2, parameter)."""
@@ -66,14 +69,6 @@ class RigProblem(NamedTuple):
             parts += [P / P_SCALE, T / T_SCALE] if self.temperature else [P / P_SCALE]
         all_errors = np.concatenate(parts)
         return np.where(np.isfinite(all_errors), -all_errors, FAR)[None]
-
-    def jacobian(self, theta: np.ndarray) -> np.ndarray:
-        """Derivative of the replayed values, shape (1, point, parameter)."""
-        return slopes(self.residual, theta, self.bounds(), SLOPE_STEP)
-
-    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Nothing is known beforehand but the ends."""
-        return theta, np.zeros(len(theta))
 
     def start(self, position: float) -> np.ndarray:
         """Parameters at a relative position, 0 to 1, between their ends.
@@ -114,26 +109,21 @@ def fit_rig(
     """
     problem = RigProblem(rig, model, runs, tuple(fitted_names(rig, model)), temperature)
     best = problem.solve(near, alone)
-    values, both = problem.values(best.theta), covariances(best)
-    low, high = dict[str, float](), dict[str, float]()
-    on_end = tuple(
-        name for name, part in zip(problem.names, best.theta, strict=True) if not ON_END < part < 1 - ON_END
-    )
-    for i, name in enumerate(problem.names):
-        lowest, highest = rig.ends[name]
-        ends = parameter_interval(problem, best, i, both, logarithmic=False)
-        low[name], high[name] = (
-            lowest + part * (highest - lowest) if np.isfinite(part) and name not in on_end else np.nan
-            for part in ends
-        )
-    errors = errors_of_runs(rig, model, values, runs)
-    return Estimate(values, low, high, errors, np.full_like(errors, np.nan), np.empty(0), at_bound=on_end)
+    values, (low, high) = problem.values(best.theta), problem.intervals(best, covariances(best))
+    parts = zip(problem.names, best.theta, strict=True)
+    on_end = tuple(name for name, part in parts if not ON_END < part < 1 - ON_END)
+    low, high = (ends | dict.fromkeys(on_end, np.nan) for ends in (low, high))
+    errors = np.array([rms(side) for side in pressure_errors(rig, model, values, runs)])
+    none = np.full_like(errors, np.nan)
+    return Estimate(values, low, high, errors, none, np.empty(0), at_bound=on_end)
 
 
-def errors_of_runs(rig: Rig, model: str, values: Mapping[str, float], runs: Sequence[Run]) -> np.ndarray:
-    """Root mean square errors of the pressures at all points of some runs, Pa, by chamber."""
+def pressure_errors(
+    rig: Rig, model: str, values: Mapping[str, float], runs: Sequence[Run]
+) -> list[np.ndarray]:
+    """Errors of the pressures at all points of some runs, Pa, by chamber."""
     parts = [np.split(run_errors(rig, model, values, run)[0], len(run.pressures)) for run in runs]
-    return np.array([rms(np.concatenate(side)) for side in zip(*parts, strict=True)])
+    return [np.concatenate(side) for side in zip(*parts, strict=True)]
 
 
 def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
@@ -159,13 +149,28 @@ def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
     ]
 
 
-def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
-    """Runs, or points of a single run, that are fitted."""
+def parted(runs: Sequence[Run]) -> list[tuple[Sequence[Run], Sequence[Run]]]:
+    """Runs that are fitted, and runs that are held out, for each fit by which a model is judged.
+
+    Of several runs, the first are fitted. Of a single run with many points, the later ones are held out. Of
+    one with few points, every second is held out, then the others.
+    """
     if len(runs) > 1:
-        return runs[: max(1, round(PART_OF_RUNS * len(runs)))]
-    t = runs[0].P.t
-    last = t[0] + (PART * np.ptp(t) if len(t) > FEW_POINTS else np.inf)
-    return [runs[0].within(-np.inf, last)]
+        first = max(1, round(PART_OF_RUNS * len(runs)))
+        return [(runs[:first], runs[first:])]
+    (run,), t = runs, runs[0].P.t
+    if len(t) > FEW_POINTS:
+        last = t[0] + PART * np.ptp(t)
+        return [([run.within(-np.inf, last)], [run.within(last, np.inf)])]
+    even = np.arange(len(t)) % 2 == 0
+    first, second = (run._replace(P=run.P.part(chosen)) for chosen in (even, ~even))
+    return [([first], [second]), ([second], [first])]
+
+
+def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
+    """Runs, or parts of a single run, from which the estimates are: of few points all."""
+    parts = parted(runs)
+    return parts[0][0] if len(parts) == 1 else runs
 
 
 def judged(
@@ -175,25 +180,17 @@ def judged(
     temperature: bool = False,
     near: Mapping[str, float] | None = None,
 ) -> Estimate:
-    """Estimate of a model, with its error on points held out.
-
-    Of several runs, the first are fitted and the others held out. Of a single run with many points, the later
-    ones are held out. Of one with few points, every second is held out, then the others; the estimate itself
-    is from all points.
-    """
-    used = fitted_runs(runs)
-    estimate = fit_rig(rig, model, used, temperature, near)
-    if len(runs) > 1:
-        held_out = errors_of_runs(rig, model, estimate.values, runs[len(used) :])
-    elif len(used[0].P.t) < len(runs[0].P.t):
-        later = runs[0].within(used[0].P.t[-1], np.inf)
-        held_out = errors_of_runs(rig, model, estimate.values, [later])
-    else:
-        (run,), parts = runs, list[np.ndarray]()
-        for chosen, others in (halves(run.P), halves(run.P)[::-1]):
-            part = fit_rig(rig, model, [run._replace(P=chosen)], temperature, estimate.values, alone=True)
-            parts.append(run_errors(rig, model, part.values, run._replace(P=others))[0])
-        held_out = np.array([rms(np.concatenate(parts))])
+    """Estimate of a model from `fitted_runs`, with its error on points that a fit did not use."""
+    parts = parted(runs)
+    estimate = fit_rig(rig, model, fitted_runs(runs), temperature, near)
+    values = [estimate.values]
+    if len(parts) > 1:
+        alone = (fit_rig(rig, model, used, temperature, values[0], alone=True) for used, _ in parts)
+        values = [part.values for part in alone]
+    left = [
+        pressure_errors(rig, model, found, others) for found, (_, others) in zip(values, parts, strict=True)
+    ]
+    held_out = np.array([rms(np.concatenate(side)) for side in zip(*left, strict=True)])
     return estimate._replace(held_out=held_out)
 
 
@@ -258,19 +255,13 @@ def judged_models(
 def how_judged(runs: Sequence[Run]) -> str:
     """Sentence on what was fitted, and what models are ranked by."""
     if len(runs) > 1:
-        return (
-            "the first quarter of the pulses was fitted; models are ranked by their error on the others,"
-            " which they replay from rest"
-        )
-    if len(fitted_runs(runs)[0].P.t) == len(runs[0].P.t):
-        return (
-            "models are ranked by their error on every second point, fitted on the others, both ways;"
-            " estimates are from all points"
-        )
-    return (
-        "the first part of the run was fitted; models are ranked by their error on the rest, which they"
-        " replay from the run's start"
-    )
+        first, rest = "the first quarter of the pulses was fitted", "the others, which they replay from rest"
+    elif len(parted(runs)) > 1:
+        first, rest = "estimates are from all points", "every second point, fitted on the others, both ways"
+    else:
+        first = "the first part of the run was fitted"
+        rest = "the rest, which they replay from the run's start"
+    return f"{first}; models are ranked by their error on {rest}"
 
 
 def unphysical(rig: Rig, estimates: Mapping[str, Estimate]) -> list[str]:

@@ -1,11 +1,10 @@
 """Record of one volume of gas, cut into runs that start at rest."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import make_smoothing_spline
 
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.columns import Column, columns_by_header
@@ -13,7 +12,7 @@ from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.measurement import read_series
 from pneumo.fitting.record.units import Surroundings
 from pneumo.fitting.rig.rig_file import Rig
-from pneumo.fitting.stage_signals import smoothing
+from pneumo.fitting.stage_signals import smoothed
 
 RISEN = 0.015  # of the pressure's range, above which a pulse has begun
 FALLEN = 0.7  # of a pulse's largest pressure, below which the valve has closed
@@ -120,8 +119,7 @@ def pulses(
         If there is no whole pulse.
     """
     h = float(t[-1] - t[0]) / (len(t) - 1)
-    if np.ptp(x) > 0:
-        x = make_smoothing_spline(t, x, lam=smoothing(x, h)[0])(t)
+    x = smoothed(t, x)
     x = x - x.min()
     calm = P.min() + RISEN * np.ptp(P)
     runs = []
@@ -216,13 +214,11 @@ def _signals(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict
         channels = [
             c._replace(clock=c.clock and c.clock._replace(unit=c.clock.unit or "s")) for c in channels
         ]
-    if "t" not in columns and any(c.clock is None for c in channels):
-        raise InputError(f"{path}: no column t with at least {SHORTEST} numbers")
-    if "P_A" not in columns:
-        raise InputError(f"{path}: no column P_A with at least {SHORTEST} numbers")
+    clocks = "t" in columns or all(c.clock is not None for c in channels)
+    for name in [name for name, given in (("t", clocks), ("P_A", "P_A" in columns)) if not given]:
+        raise InputError(f"{path}: no column {name} with at least {SHORTEST} numbers")
     around = Surroundings(P_atm=rig.ends["P_surroundings"][0], R=rig.gas.R)
     measured = read_series(path, channels, columns, around)
-    first = min(signal.start for signal in measured.values())
     found = dict[str, Points]()
     for name, signal in measured.items():
         if name in ("P_A", "P_B") and not pressure and signal.values.min() <= 0:
@@ -230,14 +226,8 @@ def _signals(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict
             raise InputError(f"{path}: column {lowest}: must be positive; a gauge's unit is written bar(g)")
         if (np.diff(signal.t) <= 0).any():
             raise InputError(f"{path}: t: must be numbers that increase from row to row")
-        begin = float(signal.start - (0 if pressure else first))
+        begin = float(signal.start) if pressure else 0.0
         found[name] = Points(signal.t + begin, signal.values)
     if len(found["P_A"].t) < SHORTEST:
         raise InputError(f"{path}: no column P_A with at least {SHORTEST} numbers")
     return found
-
-
-def halves(points: Points) -> Sequence[Points]:
-    """Points with even and with odd number."""
-    even = np.arange(len(points.t)) % 2 == 0
-    return points.part(even), points.part(~even)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import lfilter
 
 from pneumo.fitting.rig.rig_file import Rig
 from pneumo.fitting.rig.rig_record import Points, Run
@@ -64,29 +65,13 @@ class RigReplay(NamedTuple):
         return (self.P,) if self.P_B is None else (self.P, self.P_B)
 
 
-class Network(NamedTuple):
-    """Arguments of `replay` for a run of a rig: nodes are chambers, their lines, silencers, and the supply.
+def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
+    """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K.
 
-    Volumes are linear in the position, areas in the valve's opening.
+    Nodes of the network are chambers, their lines, silencers, and the supply.
     """
-
-    nodes: list[Node]
-    links: list[Link]
-    surroundings: list[tuple[float, float]]  # atmosphere, then the source
-    volumes: np.ndarray  # m^3, by (node, sample)
-    areas: np.ndarray  # m^2, by (link, sample)
-    area_ratios: np.ndarray  # by (node, sample)
-    chambers: int
-    sensor: int  # node of the first chamber's pressure; those of the others follow
-
-
-def network(rig: Rig, model: str, values: Mapping[str, float], run: Run, is_open: np.ndarray) -> Network:
-    """Network of a rig with the volumes and areas of a run.
-
-    `is_open` is the fraction, 0 to 1, by which the valve is open, by sample.
-    """
-    v, gas = values, rig.gas
-    t, T_amb, P_atm = run.t, v["T_surroundings"], v["P_surroundings"]
+    v, gas, t, is_open = values, rig.gas, run.t, valve_opening(rig, values, run)
+    T_amb, P_atm = v["T_surroundings"], v["P_surroundings"]
     C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
     row = MODELS.get(model)
     lane = law(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, 1.0, *FULL[model])
@@ -142,41 +127,24 @@ def network(rig: Rig, model: str, values: Mapping[str, float], run: Run, is_open
     nodes += hoses
     volumes += hose_volumes
     for number in range(silencers):
-        nodes.append(Node(lane=lane, P=P_atm, T=T_amb, P_0=P_atm, T_0=T_amb, T_wall=T_amb))
+        nodes.append(Node(lane, P_atm, T_amb, P_atm, T_amb, T_amb))
         volumes.append(np.full_like(t, v["silencer_volume"]))
         links.append(Link(len(sides) + lines + number, atmosphere, v.get("silencer_b", np.nan)))
         areas.append(np.full_like(t, C * v["silencer_C"]))
     if supplied:
-        nodes.append(
-            Node(
-                lane=law(None, 1.0, gas.gamma),
-                P=v["P_s"],
-                T=T_amb,
-                P_0=v["P_s"],
-                T_0=T_amb,
-                T_wall=T_amb,
-            )
-        )
+        nodes.append(Node(law(None, 1.0, gas.gamma), v["P_s"], T_amb, v["P_s"], T_amb, T_amb))
         volumes.append(np.full_like(t, v["supply_volume"]))
         links.append(Link(source, supply, v.get("regulator_b", np.nan)))
         areas.append(np.full_like(t, C * v["regulator_C"]))
     ratios += [np.ones_like(t)] * (count - len(sides))
+    network = nodes, links, surroundings, np.array(volumes), np.array(areas)
+    states = replay(*network, gas, run.h, np.array(ratios))
     sensor = len(sides) if lines and rig.sensor == "valve" else 0
-    arrays = np.array(volumes), np.array(areas), np.array(ratios)
-    return Network(nodes, links, surroundings, *arrays, len(sides), sensor)
-
-
-def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
-    """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K."""
-    of_rig = network(rig, model, values, run, valve_opening(rig, values, run))
-    nodes, links, surroundings, volumes, areas, ratios, chambers, sensor = of_rig
-    states = replay(nodes, links, surroundings, volumes, areas, rig.gas, run.h, ratios)
-    t = run.t
     return RigReplay(
         Points(t, states.P[sensor]),
         Points(t, lagged(states.T[0], values["T_lag"], run.h)),
         Points(t, states.T_store[0]),
-        Points(t, states.P[sensor + 1]) if chambers > 1 else None,
+        Points(t, states.P[sensor + 1]) if len(sides) > 1 else None,
     )
 
 
@@ -184,12 +152,9 @@ def lagged(T: np.ndarray, lag: float, h: float) -> np.ndarray:
     """Reading of a thermometer with a lag of first order, s; T is linear between samples."""
     if lag == 0:
         return T
-    shrink = np.exp(-h / lag)
-    reading = T.copy()
-    for k in range(1, len(T)):
-        slope = (T[k] - T[k - 1]) / h
-        reading[k] = T[k] - slope * lag + (reading[k - 1] - T[k - 1] + slope * lag) * shrink
-    return reading
+    decay = np.exp(-h / lag)
+    late = lag / h * (1 - decay)
+    return lfilter([1 - late, late - decay], [1.0, -decay], T, zi=T[:1] * late)[0]
 
 
 def errors(replayed: Points, measured: Points) -> np.ndarray:

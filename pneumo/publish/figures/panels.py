@@ -10,7 +10,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from pneumo.publish.style import DOUBLE_MM, axis_label, fitting, new_figure
+from pneumo.publish.style import DOUBLE_MM, axis_label, new_figure
 
 SOURCE_OF = {"published": "reproduced", "exact": "exact"}  # sampling -> source
 MSE = axis_label("MSE", "Pa$^2$")
@@ -61,4 +61,4 @@ def model_ticks(ax: Axes, models: Sequence[str]) -> None:
 
 def legend_outside(fig: Figure, ax: Axes, columns: int, loc: Place = ABOVE, **keywords: Any) -> None:
     """Put the legend of a panel above or below the figure; `keywords` go to `Figure.legend`."""
-    fig.legend(*ax.get_legend_handles_labels(), loc=loc, ncols=fitting(columns), **keywords)
+    fig.legend(*ax.get_legend_handles_labels(), loc=loc, ncols=columns, **keywords)

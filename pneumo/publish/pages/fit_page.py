@@ -1,6 +1,6 @@
 """Page of `pneumo fit`: one self-contained HTML file."""
 
-from pneumo.fitting.fit_result import ClosedChambersResult, FitResult
+from pneumo.fitting.fit_result import FitResult
 from pneumo.publish.figures.fit_figures import diagnosis_figure, held_out_figure, residual_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
@@ -33,7 +33,7 @@ def fit_page(fit: FitResult, name: str) -> str:
         duration=f"{fit.data['t'].values[-1]:.4g}",
         held_out_from=f"{fit.held_out_from:.4g}",
         warnings=fit.warnings,
-        valve=wall_text(fit) if isinstance(fit, ClosedChambersResult) else "",
+        valve=wall_text(fit) if fit.of == "closed" else "",
         notes=fit.notes,
         answer=answer_text(fit),
         misfit=misfit_text(fit),

@@ -8,9 +8,8 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.parameters import sonic_conductance
 from pneumo.errors import InputError, ResultError
-from pneumo.publish.figures import study_figures
+from pneumo.publish.figures.study_figures import budget_bars, causes
 from pneumo.publish.pages.page import page_text
-from pneumo.publish.style import image_address
 from pneumo.publish.text.formatting import KILO, percent_text
 from pneumo.publish.text.terminal_tables import (
     BUDGET_TITLE,
@@ -30,22 +29,15 @@ MARK = "pneumo study"  # in the page, so that another run may overwrite it
 PAGE, CELLS = "study.html", "study.nc"
 
 
-def study_page(
-    study: Study, cells: xr.Dataset, answers: Sequence[Answer], commands: Sequence[str] = ()
-) -> str:
-    """Write the page, style and pictures inside, of cells of `run_study`, with the answer for each cylinder.
+def study_page(study: Study, answers: Sequence[Answer], commands: Sequence[str] = ()) -> str:
+    """Write the page, style and bars inside, with the answer for each cylinder.
 
     `commands` export each answer's model; by default from a configuration of unknown name. The same results
     give the same text.
     """
     commands = commands or [export_command(answer, study) for answer in answers]
     parts = [
-        (
-            answer,
-            command,
-            _pictures(cells, answer),
-            _inputs(study, answer.ranking),
-        )
+        (answer, command, budget_bars(answer) if answer.chosen else [], _inputs(study, answer.ranking))
         for answer, command in zip(answers, commands, strict=True)
     ]
     return page_text(
@@ -53,6 +45,7 @@ def study_page(
         mark=MARK,
         study=study,
         parts=parts,
+        causes=causes,
         heads=STUDY_HEADS,
         cells=ranking_cells,
         budget_title=BUDGET_TITLE,
@@ -62,29 +55,6 @@ def study_page(
         material=percent_text(MATERIAL),
         kilo=KILO,
     )
-
-
-def _pictures(cells: xr.Dataset, answer: Answer) -> list[tuple[str, str]]:
-    """Pictures of a cylinder as (data address, caption)."""
-    if not answer.chosen:
-        return []
-    ranking = answer.ranking
-    budget = (
-        "Expected RMS error of each model, divided by what causes it; lines: 95 % of the drawn cylinders;"
-        " diamonds: measured on data held out of a fit. Models far above the others are left out."
-    )
-    over = "RMS error over n, both chambers together; marks: the best n of the grid."
-    first = (
-        "position, full-order pressures, and full-order minus reduced pressure (chamber A solid, B dashed)."
-    )
-    pictures = [
-        (study_figures.budget_figure(answer), budget),
-        (study_figures.error_over_n(cells, ranking), over),
-    ]
-    for name in ranking.experiments:
-        if not int(cells["run_status"].sel(experiment=name).values[0]):
-            pictures.append((study_figures.first_run(cells, answer, name), f"{name}, first run: {first}"))
-    return [(image_address(fig), caption) for fig, caption in pictures]
 
 
 def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
@@ -140,5 +110,5 @@ def save_study(
 ) -> tuple[Path, Path]:
     """Write page and cells of a study and return their paths; `commands` are those of `study_page`."""
     save_cells(study, cells, folder / CELLS)
-    write_text(study_page(study, cells, answers, commands), folder / PAGE)
+    write_text(study_page(study, answers, commands), folder / PAGE)
     return folder / PAGE, folder / CELLS

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pneumo.fitting.fit_result import FitResult, adds_little, light, rms_of_chambers
+from pneumo.fitting.fit_result import ADDS_LITTLE, FitResult, judged, rms_of_chambers
 from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
 from pneumo.publish.text.formatting import KILO
 
@@ -77,9 +77,9 @@ def next_experiments(fit: FitResult) -> list[str]:
     """
     settled: dict[str, dict[str, int]] = {}  # by advice: parameters, a red one counts twice
     for name, interval in fit.estimates(FULL_ORDER).items() if fit.lights else ():
-        reference = fit.reference(name)
-        weight = {"green": 0, "yellow": 1, "red": 2}[light(name, interval, False, reference)]
-        if name not in fit.lights or not weight or adds_little(name, interval, reference):
+        light, reason = judged(name, interval, reference=fit.reference(name))
+        weight = {"green": 0, "yellow": 1, "red": 2}[light]
+        if name not in fit.lights or not weight or reason == ADDS_LITTLE:
             continue
         if experiment := EXPERIMENTS.get(PARAMETERS[name].group):
             settled.setdefault(experiment, {})[name] = weight

@@ -1,6 +1,7 @@
 """Numbers as text, for tables, pages and the manuscript."""
 
 import numpy as np
+from markupsafe import escape
 
 KILO = 1e3
 
@@ -51,3 +52,8 @@ def no_exponent(value: float) -> str:
     ('1234', '12.3', '0.12')
     """
     return f"{value:.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
+
+
+def preformatted(shown: object) -> str:
+    """HTML of an object's text, for notebooks."""
+    return f"<pre>{escape(repr(shown))}</pre>"

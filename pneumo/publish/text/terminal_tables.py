@@ -11,11 +11,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from pneumo.configuration.experiment import Study
-from pneumo.fitting.fit_result import ClosedChambersResult, FitResult, rms_of_chambers
+from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.selection.answer import Answer, Contender, export_command
-from pneumo.statistics.intervals import CONFIDENCE, Interval
+from pneumo.statistics.intervals import Interval
 from pneumo.statistics.ranking import RankedModel
 
 if TYPE_CHECKING:
@@ -37,7 +37,6 @@ def _table(
 # --- pneumo study ----------------------------------------------------------------------------------
 
 STUDY_HEADS = (*("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "A (kPa)", "B (kPa)"),)
-IN_TERMINAL = len(STUDY_HEADS) - 2  # the chambers' RMS errors are on the page only
 BUDGET_TITLE = (
     "RMS error (kPa) on cylinders drawn from what is not known: expected, 95 % interval, and the parts"
     " that each unknown and the model itself cause"
@@ -110,16 +109,6 @@ def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (
             console.print(f"Left out: {reason}.", markup=False)
     assert isinstance(console.file, StringIO)
     return "\n".join(line.rstrip() for line in console.file.getvalue().splitlines())
-
-
-def study_tables(answer: Answer) -> list[Table]:
-    """Ranking of the models of one cylinder if everything is known."""
-    ranking = answer.ranking
-    intervals = f"intervals {100 * CONFIDENCE:.0f} % over seeds"
-    title = f"{ranking.cylinder}: {', '.join(ranking.experiments)}, {ranking.runs} runs each; {intervals}"
-    title += "; everything known"
-    rows = (ranking_cells(row)[:IN_TERMINAL] for row in ranking.rows)
-    return [_table(title, STUDY_HEADS[:IN_TERMINAL], rows, answer.chosen, numbers=True)]
 
 
 # --- pneumo fit ------------------------------------------------------------------------------------
@@ -267,9 +256,9 @@ def validation_tables(errors: Mapping[str, np.ndarray]) -> list[Table]:
     return [_table(title, ("model", "A (kPa)", "B (kPa)"), rows)] if rows else []
 
 
-def wall_text(fit: ClosedChambersResult) -> str:
+def wall_text(fit: FitResult) -> str:
     """Conventions of a fit of closed chambers."""
-    T, P = fit.T_wall, fit.P_0 / KILO
+    T, P = fit.conventions["T_wall_K"], fit.conventions["P_0_Pa"] / KILO
     return (
         f"mean k: of the part fitted; k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by the law of the row.\n"
         f"Assumed for the wall: {T:.5g} K; every k scales with its inverse, predictions do not depend on it"

@@ -1,14 +1,29 @@
 """One record in every format that is read, and in what a logger would write it.
 
-Files of libraries are written by them. Text layouts follow their public documentation: TwinCAT Scope
-(Beckhoff Infosys, TE13xx, "Export to csv"), Simulink's Data Inspector ("Import and Export File Format"),
-LabVIEW ("Specification for the LabVIEW Measurement File"), ControlDesk's CSV,
-PlotJuggler and ROS (what they export).
+| format | origin of the test file |
+| --- | --- |
+| CSV: commas, semicolons, tabs, ISO stamps, row of units; .gz | pandas (`to_csv`), header by hand |
+| CSV of TwinCAT Scope | written after Beckhoff Infosys, TE13xx, "Export to csv", and a file of case 08 |
+| CSV of Simulink's Data Inspector | written after MathWorks, "Import and Export File Format" |
+| CSV of writetimetable (and of ControlDesk, in `test_plausibility`) | written after their documentation |
+| CSV of PlotJuggler, rostopic, ROS 2 | pandas, with their names and blanks |
+| LabVIEW .lvm | written after NI, "Specification for the LabVIEW Measurement File" |
+| MATLAB 4, 7: vectors and structs | SciPy (`savemat`); structs after MathWorks's and dSPACE's documentation |
+| MATLAB 7.3, timetables | mat-io |
+| NetCDF | xarray and netCDF4 |
+| HDF5 | h5py |
+| Parquet, Feather, Excel | pandas with PyArrow and openpyxl |
+| TDMS | npTDMS |
+| MDF 4 | asammdf |
+| MCAP, .db3, .bag | rosbags |
+
+No file was written by LabVIEW, MATLAB, ControlDesk, TwinCAT or ROS themselves.
 """
 
 import gzip
 import io
 import tempfile
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -81,69 +96,45 @@ def lines(columns, separator, decimal="."):
     return "".join(separator.join(row) + "\n" for row in zip(*cells, strict=True))
 
 
-def scope(of=lambda name: (TIME, truth()[name])):
-    labels = {
-        "Name": "{}",
-        "NetId": "5.1.2.3.1.1",
-        "Port": "851",
-        "SampleTime[ms]": "2",
-        "SymbolName": "MAIN.{}",
-    }
-    labels |= {"Data-Type": "ADST_REAL64", "Unit": "[{unit}]"}
+def scope():
     head = "Name\tScope\nFile\tbench.svd\n\n"
-    for label, text in labels.items():
-        head += "\t".join(f"{label}\t{text.format(n, unit=UNITS[n])}" for n in UNITS) + "\n"
-    columns = [column for name in UNITS for column in (1e3 * of(name)[0], of(name)[1])]
+    for label in ("Name {}", "NetId 5.1.2.3.1.1", "Port 851", "SymbolName MAIN.{}", "Unit [{unit}]"):
+        entries = [label.replace(" ", "\t").format(name, unit=unit) for name, unit in UNITS.items()]
+        head += "\t".join(entries) + "\n"
+    columns = [column for name in UNITS for column in (1e3 * slow(name)[0], slow(name)[1])]
     return head + "\n" + lines(columns, "\t", ",") + "EOF\n"
 
 
-def inspector(of=slow):
-    t, u = of("u")
+def inspector():
+    t, u = slow("u")
     columns = [TIME, *(truth()[n] for n in ("x", "P_A", "P_B")), t, u]
     head = "time,x,P_A,P_B,time,u\n,Unit: mm,Unit: bar,Unit: bar,,Unit: V\n"
     return head + ",Interp: linear,Interp: linear,Interp: linear,,Interp: zoh\n" + lines(columns, ",")
 
 
-def labview(point=".", columns="One", segments=1, of=None):
-    """File of LabVIEW; the header of each segment counts its samples from X0."""
-    head = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nMulti_Headings\tYes\n"
-    text = (
-        f"{head}X_Columns\t{columns}\nDate\t2024/05/13\nTime\t10:11:12{point}5\n***End_of_Header***\t\n\t\n"
-    )
-    count = ROWS // segments
-    for k in range(segments):
-        part = slice(k * count, (k + 1) * count)
-        first = repr(float(TIME[part][0])).replace(".", point)
-        text += f"Channels\t4\nSamples{4 * f'{chr(9)}{count}'}\nY_Unit_Label\tV\tmm\tbar\tbar\t\n"
-        text += f"X_Dimension{4 * f'{chr(9)}Time'}\nX0{4 * f'{chr(9)}{first}'}\n"
-        step = [of(name)[0][1] if of else PERIOD for name in UNITS]
-        text += (
-            "Delta_X\t"
-            + "\t".join(repr(float(s)).replace(".", point) for s in step)
-            + "\n***End_of_Header***\n"
+def labview(point=".", columns="One", segments=1, of=lambda name: (TIME, truth()[name])):
+    """File of LabVIEW with one column of times, none, or (Multi) one for each signal; in segments of rows."""
+    text = f"LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
+    text += f"X_Columns\t{columns}\nDate\t2024/05/13\n***End_of_Header***\t\n\t\n"
+    times = {"One": "u", "No": "", "Multi": UNITS}[columns]
+    gap = "\t\t" if columns == "Multi" else "\t"
+    for rows_of in np.split(np.arange(ROWS), segments):
+        parts = {n: [column[rows_of[0] : rows_of[-1] + 1] for column in of(n)] for n in UNITS}
+        first, step = (
+            [repr(float(f(parts[n][0]))) for n in UNITS] for f in (lambda t: t[0], lambda t: t[1] - t[0])
         )
-        text += "X_Value\tu\tx\tP_A\tP_B\tComment\n"
-        if of:
-            body = lines([of(name)[1] for name in UNITS], "\t", point)
-            text += "".join(f"\t{line}\n" for line in body.splitlines()) + "\n"
-        else:
-            time = None if columns == "No" else TIME
-            text += "".join(rows(time, sep="\t", decimal=point).splitlines(True)[part]) + "\n"
+        labels = {"Y_Unit_Label": UNITS.values(), "X0": first, "Delta_X": step}
+        text += f"Channels\t4{4 * gap}\n"
+        text += "".join(f"{key}\t{gap.join(v)}\t\n" for key, v in labels.items()).replace("0.", f"0{point}")
+        text += "***End_of_Header***\n"
+        names = [name for n in UNITS for name in ((["X_Value"] if n in times else []) + [n])]
+        text += ("" if times else "X_Value\t") + "\t".join([*names, "Comment"]) + "\n"
+        body = [column for n in UNITS for column in (parts[n] if n in times else parts[n][1:])]
+        text += (
+            "".join(f"{'' if times else chr(9)}{row}\n" for row in lines(body, "\t", point).splitlines())
+            + "\n"
+        )
     return text
-
-
-def labview_pairs():
-    text = (
-        labview(columns="Multi").split("Channels")[0] + "Channels\t4\nY_Unit_Label\tV\t\tmm\t\tbar\t\tbar\n"
-    )
-    columns = [column for name in UNITS for column in slow(name)]
-    return (
-        text
-        + "***End_of_Header***\n"
-        + "\t".join(f"X_Value\t{n}" for n in UNITS)
-        + "\n"
-        + lines(columns, "\t")
-    )
 
 
 def plotjuggler():
@@ -165,14 +156,6 @@ def rostopic():
     return "%time," + ",".join(f"field.{name}_{unit}" for name, unit in UNITS.items()) + "\n" + rows(stamps)
 
 
-def grouped():
-    """Pressures in Pa with thousands separators, in quotes."""
-    table = frame().drop(columns=["P_A [bar]", "P_B [bar]"]).map(repr)
-    for name in ("P_A", "P_B"):
-        table[f"{name} [Pa]"] = [f"{value:,.9f}" for value in 1e5 * truth()[name]]
-    return table.to_csv(index=False)
-
-
 def matlab(variables, **options):
     return in_memory(lambda file: savemat(file, variables, **options))
 
@@ -191,39 +174,92 @@ def controldesk():
     return matlab({"rec1_001": {"X": {"Name": "", "Data": TIME}, "Y": Y, "Description": {"General": {}}}})
 
 
-def time_series(of=slow):
+def time_series():
     return matlab(
-        {n: {"Name": n, "Time": of(n)[0], "Data": of(n)[1], "DataInfo": {"Units": UNITS[n]}} for n in UNITS}
+        {
+            n: {"Name": n, "Time": slow(n)[0], "Data": slow(n)[1], "DataInfo": {"Units": UNITS[n]}}
+            for n in UNITS
+        }
     )
 
 
-def netcdf(of=slow, units="milliseconds since 2024-05-13"):
+def netcdf():
     data = xr.Dataset()
     for n in UNITS:
         dim = "time_u" if n == "u" else "time"
-        data[n] = (dim, of(n)[1], {"units": UNITS[n]})
-        data[dim] = (dim, 1e3 * of(n)[0], {"units": units})
+        data[n] = (dim, slow(n)[1], {"units": UNITS[n]})
+        data[dim] = (dim, 1e3 * slow(n)[0], {"units": "milliseconds since 2024-05-13"})
     return bytes(data.to_netcdf())
 
 
-def hdf5(matlab_73=False):
+def matio(variables, version):
+    """MATLAB file with what SciPy does not write: HDF5, and timetables."""
+    import matio
+
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # durations in s, as MATLAB has them
+        matio.save_to_mat(f"{folder}/a.mat", variables, version=version)
+        return Path(folder, "a.mat").read_bytes()
+
+
+def timetables(version):
+    tables = {}
+    for k, names in enumerate((("u",), ("x", "P_A", "P_B"))):
+        time = pd.TimedeltaIndex(pd.to_timedelta(slow(names[0])[0], unit="s"), name="Time")
+        tables[f"log{k}"] = pd.DataFrame({f"{n}_{UNITS[n]}": slow(n)[1] for n in names}, index=time)
+    return matio(tables, version)
+
+
+def hdf5():
     import h5py
 
     def write(file):
-        with h5py.File(file, "w", userblock_size=512 if matlab_73 else 0) as h5:
+        with h5py.File(file, "w") as h5:
             for name, signal in vectors().items():
-                h5[name if matlab_73 else f"bench/{name}"] = np.asarray(signal)[None]
+                h5[f"bench/{name}"] = np.asarray(signal)[None]
 
-    content = in_memory(write)
-    return b"MATLAB 7.3 MAT-file".ljust(128) + content[128:] if matlab_73 else content
+    return in_memory(write)
 
 
-def tdms(of=slow):
+def bag(suffix):
+    """Bag of ROS 1 or 2: numbers at the times of their logging, and later logged messages with stamps."""
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    first = suffix == ".bag"
+    types = get_typestore(Stores.ROS1_NOETIC if first else Stores.ROS2_HUMBLE)
+    fields = "".join(f"float64 {n}_{UNITS[n]}\n" for n in ("x", "P_A", "P_B"))
+    types.register(get_types_from_msg(f"std_msgs/Header header\n{fields}", "bench/msg/State"))
+    command, state = types.types["std_msgs/msg/Float64"], types.types["bench/msg/State"]
+    header, stamp = types.types["std_msgs/msg/Header"], types.types["builtin_interfaces/msg/Time"]
+    messages = [(t, "/u_V", command(data=u)) for t, u in zip(*slow("u"), strict=True)]
+    for k, (t, *values) in enumerate(zip(TIME, *(truth()[n] for n in ("x", "P_A", "P_B")), strict=True)):
+        time = stamp(sec=STAMP, nanosec=round(1e9 * t))
+        of_state = header(frame_id="", stamp=time, **({"seq": k} if first else {}))
+        messages.append((t + 0.01, "/state", state(of_state, *values)))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"a{suffix}"
+        plugin = rosbag2.StoragePlugin.MCAP if suffix == ".mcap" else rosbag2.StoragePlugin.SQLITE3
+        write = types.serialize_ros1 if first else types.serialize_cdr
+        with (
+            rosbag1.Writer(file) if first else rosbag2.Writer(file, version=9, storage_plugin=plugin)
+        ) as writer:
+            topics = {
+                topic: writer.add_connection(topic, kind.__msgtype__, typestore=types)
+                for topic, kind in (("/u_V", command), ("/state", state))
+            }
+            for t, topic, message in messages:
+                logged = STAMP * 10**9 + round(1e9 * t)
+                writer.write(topics[topic], logged, bytes(write(message, message.__msgtype__)))
+        return (file if first else file / f"a{suffix}{suffix}").read_bytes()
+
+
+def tdms():
     import nptdms
 
     channels = []
     for n in UNITS:
-        t, values = of(n)
+        t, values = slow(n)
         start = np.datetime64("2024-05-13T10:00:00") if n == "u" else np.datetime64("2024-05-13T09:59:59.900")
         wave = {
             "wf_increment": float(t[1]),
@@ -241,12 +277,12 @@ def tdms(of=slow):
     return in_memory(write)
 
 
-def mdf(of=slow):
+def mdf():
     import asammdf
 
     with tempfile.TemporaryDirectory() as folder, asammdf.MDF(version="4.10") as file:
         for names in (("u",), ("x", "P_A", "P_B")):
-            file.append([asammdf.Signal(of(n)[1], of(n)[0] + 3.0, name=n, unit=UNITS[n]) for n in names])
+            file.append([asammdf.Signal(slow(n)[1], slow(n)[0] + 3.0, name=n, unit=UNITS[n]) for n in names])
         return file.save(Path(folder) / "a.mf4", overwrite=True).read_bytes()
 
 
@@ -268,18 +304,9 @@ COMMON = {  # one rate
         "a.csv",
         lambda: ("Prüfstand 3;22 °C\n" + named(";") + rows(MS, sep=";", decimal=",")).encode("latin-1"),
     ),
-    "decimal commas in quotes": ("a.csv", lambda: named(",") + rows(MS, decimal=",", quoting=1)),
-    "thousands separators": ("a.csv", grouped),
     "tabs below comments": ("a.txt", lambda: "# bench 3, 12 May\n#\n" + named("\t") + rows(MS, sep="\t")),
     "spaces, commented header with commas": ("a.exp", lambda: "#" + named(",", "{}({})") + rows(MS, sep=" ")),
     "row of units": ("a.csv", lambda: "Time;u;x;P_A;P_B\n[ms];[V];[mm];[bar a];[bara]\n" + rows(MS, sep=";")),
-    "ControlDesk's CSV": (
-        "a.csv",
-        lambda: (
-            'descriptions\nversion,1.5\nrecorder,"Recorder 1"\ntrace_names\n'
-            "Time,u,x,P_A,P_B\ns,V,mm,bar,bar\ntrace_values\n" + rows()
-        ),
-    ),
     "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(MS, sep="\t")).encode("utf-16")),
     "ISO stamps": ("a.csv", stamped),
     "time of day": ("a.csv", clock_times),
@@ -287,15 +314,13 @@ COMMON = {  # one rate
         "a.csv",
         lambda: named(",", time="Time") + rows([f"{t!r} sec" for t in TIME.tolist()]),
     ),
-    "TwinCAT Scope": ("a.csv", scope),
     "LabVIEW with a column of time": ("a.lvm", labview),
-    "LabVIEW without, commas": ("a.lvm", lambda: labview(",", "No")),
-    "LabVIEW in segments": ("a.lvm", lambda: labview(segments=4)),
+    "LabVIEW without, commas, in segments": ("a.lvm", lambda: labview(",", "No", segments=4)),
     "rostopic": ("a.csv", rostopic),
     "ROS 2, sec and nanosec": ("a.csv", sec_nanosec),
     "MATLAB 4": ("a.mat", lambda: matlab(vectors(), format="4")),
     "MATLAB 7": ("a.mat", lambda: matlab(vectors(), do_compression=True)),
-    "MATLAB 7.3": ("a.mat", lambda: hdf5(True)),
+    "MATLAB 7.3": ("a.mat", lambda: matio(vectors(), "v7.3")),
     "MATLAB, To Workspace": ("a.mat", to_workspace),
     "MATLAB, dSPACE": ("a.mat", controldesk),
     "HDF5": ("a.h5", hdf5),
@@ -308,19 +333,26 @@ COMMON = {  # one rate
     "Excel": ("a.xlsx", lambda: in_memory(lambda f: frame().to_excel(f, index=False, engine="openpyxl"))),
 }
 RATES = {  # the command more slowly
-    "TwinCAT Scope": ("a.csv", lambda: scope(slow)),
+    "TwinCAT Scope": ("a.csv", scope),
     "Data Inspector": ("a.csv", inspector),
     "LabVIEW, two increments": ("a.lvm", lambda: labview(columns="No", of=slow)),
-    "LabVIEW, pairs of columns": ("a.lvm", labview_pairs),
+    "LabVIEW, pairs of columns": ("a.lvm", lambda: labview(columns="Multi", of=slow)),
     "PlotJuggler": ("a.csv", plotjuggler),
     "MATLAB, time series": ("a.mat", time_series),
+    "MATLAB 7, timetables": ("a.mat", lambda: timetables("v7")),
+    "MATLAB 7.3, timetables": ("a.mat", lambda: timetables("v7.3")),
+    **{
+        f"ROS, {suffix}": (f"a{suffix}", lambda suffix=suffix: bag(suffix))
+        for suffix in (".mcap", ".db3", ".bag")
+    },
     "NetCDF": ("a.nc", netcdf),
     "TDMS": ("a.tdms", tdms),
     "MDF": ("a.mf4", mdf),
 }
 LIBRARIES = {
     **{".parquet": "pyarrow", ".feather": "pyarrow", ".xlsx": "openpyxl", ".h5": "h5py"},
-    **{".tdms": "nptdms", ".mf4": "asammdf"},
+    **{".tdms": "nptdms", ".mf4": "asammdf", ".lvm": "lvm_read", ".mat": "matio"},
+    **dict.fromkeys((".mcap", ".db3", ".bag"), "rosbags"),
 }
 
 

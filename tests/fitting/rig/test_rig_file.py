@@ -9,18 +9,24 @@ from pneumo.physics.gases import GASES
 TANK = {"volume_L": 16, "orifice_mm": 2.7}
 VALVE = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
 CHAMBER = {"bore_mm": 25, "dead_volume_mL": [1, 20]} | VALVE
+IN_SI = {
+    **{"bore": 0.025, "dead_volume": (1e-6, 20e-6), "P_s": 6e5, "P_start": 101325.0, "n": (1.0, 1.4)},
+    **{"store_c": 3.0, "store_k": 2.0, "T_lag": 4.0, "T_surroundings": 300.0, "valve_C_in": 1e-8},
+    "valve_opening_delay": (-2e-3, 1e-3),  # a trigger may come before its edge is recorded
+}
 
 
-def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both():
-    read = rig(CHAMBER, "rig.yaml")
-    assert read.ends["bore"] == pytest.approx((0.025, 0.025))
-    assert read.ends["dead_volume"] == pytest.approx((1e-6, 20e-6))
-    assert read.ends["P_s"] == pytest.approx((6e5, 6e5))
-    assert read.ends["P_start"] == read.ends["P_surroundings"]
-    assert read.ends["n"] == (1.0, 1.4) and not read.has("hose_volume")
-    assert rig(CHAMBER | {"valve_opening_delay_ms": [-2, 1]}, "rig.yaml").ends["valve_opening_delay"] == (
-        pytest.approx((-2e-3, 1e-3))  # a trigger may come before its edge is recorded
-    )
+def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both(tmp_path):
+    more = {"store_c_J_per_K": 3, "store_k_W_per_K": 2, "T_lag_s": 4, "T_surroundings_K": 300}
+    read = rig(CHAMBER | more | {"valve_opening_delay_ms": [-2, 1]}, "rig.yaml")
+    for name, value in IN_SI.items():
+        ends = value if isinstance(value, tuple) else (value, value)
+        assert read.ends[name] == pytest.approx(ends, rel=1e-12), name
+    assert (read.gas, read.sensor) == (GASES["air"], "valve") and not read.has("hose_volume")
+    other = rig(TANK | {"gas": "nitrogen", "sensor": "chamber"}, "rig.yaml")
+    assert (other.gas, other.sensor) == (GASES["nitrogen"], "chamber")
+    (tmp_path / "rig.yaml").write_text("volume_L: 16\norifice_mm: [2, 3]\n")
+    assert read_rig(tmp_path / "rig.yaml").ends["orifice"] == pytest.approx((2e-3, 3e-3))
 
 
 @pytest.mark.parametrize(
@@ -33,23 +39,18 @@ def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both():
         (TANK | {"C_d": True}, "C_d = True"),
         (TANK | {"C_d": float("nan")}, "C_d = nan"),
         (TANK | {"C_d": 11}, "at least 0.001 and at most 10"),
-        (
-            TANK | {"gas": "neon"},
-            "gas = 'neon': must be air or nitrogen or helium or hydrogen or argon or CO2",
-        ),
+        (TANK | {"gas": "neon"}, "gas = 'neon': must be air or nitrogen or helium or hydrogen"),
         (TANK | {"bore_mm": 25, "dead_volume_mL": 3}, "volume_L: conflicts with bore_mm; give only one"),
         ({"orifice_mm": 2}, "volume_L: missing; or give bore_mm"),
         (TANK | VALVE, "orifice_mm: conflicts with valve_C_in_dm3_per_sbar"),
-        (CHAMBER | {"hose_volume_mL": 3}, "hose_C_dm3_per_sbar: missing"),
-        (TANK | {"dead_volume_B_mL": 3}, "dead_volume_B_mL: needs bore_mm, which is missing"),
-        (
-            {"volume_L": 1, "valve_C_in_dm3_per_sbar": 1},
-            "valve_C_out_dm3_per_sbar: missing; valve_C_in_dm3_per_sbar, valve_C_out_dm3_per_sbar, P_s",
-        ),
-        (CHAMBER | {"hose_b": 0.3}, "hose_b: needs hose_volume_mL, which is missing"),
+        (CHAMBER | {"hose_volume_mL": 3}, "hose_volume_mL: needs hose_C_dm3_per_sbar, which is missing"),
+        ({"volume_L": 1, "valve_C_in_dm3_per_sbar": 1}, "needs valve_C_out_dm3_per_sbar, which is missing"),
         (TANK | {"supply_volume_L": 3, "regulator_C_dm3_per_sbar": 1}, "needs valve_C_in_dm3_per_sbar"),
-        (CHAMBER | {"silencer_volume_mL": 3}, "silencer_C_dm3_per_sbar: missing"),
-        (CHAMBER | {"k_0_B_W_per_K": 3}, "k_0_B_W_per_K: needs dead_volume_B_mL, which is missing"),
+        *(
+            (CHAMBER | {key(name): QUANTITIES[name].high}, f"{key(name)}: needs {key('dead_volume_B')}")
+            for name in OF_B
+            if name != "dead_volume_B"
+        ),
     ],
 )
 def test_a_mistake_is_one_line_that_names_field_value_and_what_is_allowed(content, said):
@@ -59,17 +60,8 @@ def test_a_mistake_is_one_line_that_names_field_value_and_what_is_allowed(conten
     assert "\n" not in str(error.value)
 
 
-def test_a_file_is_read(tmp_path):
-    (tmp_path / "rig.yaml").write_text("volume_L: 16\norifice_mm: [2, 3]\n")
-    assert read_rig(tmp_path / "rig.yaml").ends["orifice"] == pytest.approx((2e-3, 3e-3))
-
-
 @pytest.mark.parametrize(
-    (
-        "gas",
-        "kg_per_mol",
-        "cp",
-    ),  # J/(mol K) at 293 K by the Shomate equations of the WebBook; monatomic 5/2 R
+    ("gas", "kg_per_mol", "cp"),  # J/(mol K) at 293 K by the WebBook's Shomate equations; monatomic 5/2 R
     [
         ("air", 28.9647e-3, 29.10),
         ("nitrogen", 28.0134e-3, 29.12),
@@ -83,36 +75,3 @@ def test_a_gas_has_the_constants_of_its_molar_mass_and_heat_capacity(gas, kg_per
     R, gamma = GASES[gas].R, GASES[gas].gamma
     assert pytest.approx(8.314462618 / kg_per_mol, rel=3e-5) == R
     assert gamma == pytest.approx(cp / (cp - 8.314462618), rel=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("name", "number", "in_SI"),
-    [
-        ("store_c_J_per_K", 3, 3.0),
-        ("store_k_W_per_K", 2, 2.0),
-        ("T_lag_s", 4, 4.0),
-        ("T_surroundings_K", 300, 300.0),
-        ("C_d", 0.6, 0.6),
-        ("n", 1.3, 1.3),
-        ("P_start_bar", 3, 3e5),
-        ("volume_L", 5, 5e-3),
-    ],
-)
-def test_a_number_with_its_unit_is_read_in_SI_units(name, number, in_SI):
-    ends = rig(TANK | {name: number}, "rig.yaml").ends
-    (quantity,) = (quantity for quantity in QUANTITIES if key(quantity) == name)
-    assert ends[quantity] == pytest.approx((in_SI, in_SI), rel=1e-12)
-
-
-def test_a_rig_is_of_air_and_measured_at_the_valve_unless_it_says_so():
-    usual, other = rig(TANK, "rig.yaml"), rig(TANK | {"gas": "nitrogen", "sensor": "chamber"}, "rig.yaml")
-    assert (usual.gas, usual.sensor) == (GASES["air"], "valve")
-    assert (other.gas, other.sensor) == (GASES["nitrogen"], "chamber")
-
-
-@pytest.mark.parametrize("name", [name for name in OF_B if name != "dead_volume_B"])
-def test_a_quantity_of_the_other_chamber_needs_that_chamber(name):
-    needed = key("dead_volume_B")
-    number = {key(name): QUANTITIES[name].high}
-    with pytest.raises(ConfigurationError, match=f"{key(name)}: needs {needed}, which is missing"):
-        rig(CHAMBER | number, "rig.yaml")

@@ -1,0 +1,188 @@
+"""Exports of a valve with lag, null offset, dead band, curve or unlike paths, or one for each chamber."""
+
+import json
+import runpy
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+import yaml
+from checkout import ROOT
+from exported_c import C_COMPILER, CompiledModel, run_test_program
+from valve_paths import CURVE, FOUR, OVERLAP
+from valve_paths import plant as plant_with
+
+import pneumo
+from pneumo import linearise
+from pneumo.equations.system import rates, system
+from pneumo.errors import InputError
+from pneumo.export import exported
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
+
+N, H = 1.35, 1e-3
+FINE = 100  # steps of Python in one of C
+LATE = ValveDynamics(lag=4e-3, dead_time=5e-3, null=0.1, dead_band=0.3)
+AT_ONCE = LATE._replace(lag=0.0)
+PAPER = ROOT / "config/paper.yaml"
+
+
+@pytest.mark.parametrize("dynamics", [LATE, AT_ONCE, LATE._replace(dead_band=0.0)])
+def test_rates_are_those_of_a_proportional_valve_at_its_opening(dynamics, plant):
+    chosen, ideal = system("M8", N, plant, dynamics=dynamics), system("M8", N, plant)
+    seen = set()
+    low, high = (-12, -0.04, -1, -2, 2e5, 2e5), (12, 0.04, 1, 2, 6e5, 6e5)
+    for u, x, v, opening, *P in np.random.default_rng(4).uniform(low, high, (200, 6)).tolist():
+        limited = float(np.clip(u, -plant.valve.u_max, plant.valve.u_max))
+        beyond = (opening if dynamics.lag else limited) - dynamics.null
+        effective = np.sign(beyond) * max(abs(beyond) - dynamics.dead_band, 0.0)
+        seen.add(np.sign(effective))
+        *opening_rate, A, B = rates(chosen, [opening, *P] if dynamics.lag else P, [u, x, v])
+        assert opening_rate == ([pytest.approx((limited - opening) / 4e-3)] if dynamics.lag else [])
+        if abs(effective) <= plant.valve.u_max:  # beyond, the limiter of the proportional valve acts again
+            np.testing.assert_allclose([A, B], rates(ideal, P, [effective, x, v]), rtol=1e-12)
+    assert seen == ({-1.0, 0.0, 1.0} if dynamics.dead_band else {-1.0, 1.0})
+
+
+CURVED = plant_with(curve=CURVE, exhaust_b=0.45)
+FORMS = {  # plant, None for the paper's, dynamics, and whether each chamber has a valve
+    "proportional": (None, PROPORTIONAL, False),
+    "late": (None, LATE, False),
+    "dead band": (None, AT_ONCE, False),
+    "curve": (CURVED, PROPORTIONAL, False),
+    "curves": (CURVED, LATE, True),
+    "overlap": (plant_with(curve=OVERLAP), AT_ONCE, False),
+    "four paths": (plant_with(valve_B=FOUR, exhaust_ratio=0.8, exhaust_b=0.4), PROPORTIONAL, True),
+}
+
+
+@pytest.fixture(params=FORMS)
+def form(request, plant):
+    """A plant with another valve, and the options of its exports."""
+    own, dynamics, two_valves = FORMS[request.param]
+    return own or plant, {"dynamics": dynamics, "two_valves": two_valves}
+
+
+@C_COMPILER
+@pytest.mark.parametrize(("model", "precision", "piston"), [("full", "double", True), ("M8", "float", False)])
+def test_test_programs_of_c_agree_with_python(model, precision, piston, form, tmp_path):
+    files = exported(model, N, form[0], "c", precision=precision, piston=piston, **form[1])
+    code, said = run_test_program(files, tmp_path)
+    assert code == 0, said
+    header = files[f"{model}.h"].decode()
+    assert ("valve_lag; /* s, time constant" in header) == bool(form[1]["dynamics"].lag)
+    assert ("5 ms after it was given" in header) == bool(form[1]["dynamics"].dead_time)
+
+
+@pytest.mark.slow
+def test_the_test_program_of_structured_text_agrees_with_python(form):
+    from structured_text import Block, parsed
+
+    options = {"piston": True, **form[1]}
+    texts = [text.decode() for text in exported("full", None, form[0], "st", stem="m", **options).values()]
+    st = Block(*parsed(texts[1]), blocks=[parsed(texts[0])])
+    st()
+    assert st["passed"] and st["failures"] == 0
+    st.values["model"].values["k_xu"] *= 1.01
+    st()
+    assert not st["passed"]
+
+
+@pytest.mark.parametrize("target", ["casadi", "matlab"])
+def test_rates_in_other_languages(target, form, tmp_path):
+    chosen = system("full", None, form[0], **form[1])
+    low = {"u": -12, "x": -0.04, "v": -1, "opening": -2, "P": 0.9e5, "T": 230}
+    high = {"u": 12, "x": 0.04, "v": 1, "opening": 2, "P": 7.5e5, "T": 370}
+    names = (*chosen.inputs, *chosen.states)
+    ends = [[of[name.partition("_")[0]] for name in names] for of in (low, high)]
+    rows, count = np.random.default_rng(4).uniform(*ends, (200, len(names))), len(chosen.inputs)
+    ((name, content),) = exported("full", None, form[0], target, stem="full_dP_dt", **form[1]).items()
+    (tmp_path / name).write_bytes(content)
+    expected = np.array([rates(chosen, row[count:], row[:count]) for row in rows.tolist()])
+    if target == "casadi":
+        pytest.importorskip("casadi", reason="CasADi is not installed")
+        function = runpy.run_path(str(tmp_path / name))["full_dP_dt"]
+        computed = np.array([[float(rate) for rate in function(*row)] for row in rows])
+    elif shutil.which("octave-cli") is None:
+        pytest.skip("GNU Octave is not installed")
+    else:
+        np.savetxt(tmp_path / "rows.txt", rows, fmt="%.17g")
+        script = (
+            f"s = load('rows.txt'); r = zeros(rows(s), {expected.shape[1]}); for i = 1:rows(s)\n"
+            "c = cell(1, columns(r)); [c{:}] = full_dP_dt(num2cell(s(i, :)){:});\n"
+            "r(i, :) = cell2mat(c);\nend\n"
+            "f = fopen('r.bin', 'w'); fwrite(f, r', 'double'); fclose(f);"
+        )
+        (tmp_path / "run.m").write_text(script)
+        subprocess.run(["octave-cli", "--norc", "--quiet", "run.m"], cwd=tmp_path, check=True)
+        computed = np.fromfile(tmp_path / "r.bin").reshape(expected.shape)
+    np.testing.assert_allclose(computed, expected, rtol=1e-11, atol=1e-12 * np.abs(expected).max())
+
+
+@C_COMPILER
+@pytest.mark.parametrize("name", ["curve", "overlap", "four paths"])
+def test_runs_with_paths_of_their_own_are_those_of_python(name, tmp_path):
+    """From vented, through strokes, a shut valve and both paths open, within the limits of docs/export.md."""
+    plant, _, two_valves = FORMS[name]
+    compiled = CompiledModel("full", None, plant, tmp_path, piston=True, two_valves=two_valves)
+    t = np.arange(1200) * H
+    u = np.select([t < 0.4, t < 0.6, t < 0.9], [8.0, 0.0, -5.0], 0.2)
+    command = np.stack([u, np.where(t < 0.7, -10.0, 10.0)], axis=1) if two_valves else u
+    fine = np.concatenate([np.repeat(command, FINE, axis=0), command[-1:]])
+    expected = pneumo.simulate(plant, H / FINE, command=fine, start="vented").recording.states[::FINE]
+    state = expected[0].tolist()
+    for given, known in zip(command, expected[1:], strict=True):
+        inputs = [*np.atleast_1d(given).tolist(), 0.0]
+        failed, state = compiled.step(inputs, inputs, H, state)
+        off = np.abs(state - known)
+        assert not failed and off[[2, 4]].max() < 500 and off[[3, 5]].max() < 1
+
+
+def test_a_linear_model_of_a_curve_has_its_slope():
+    point = {"P_A": 4e5, "P_B": 5e5, "x": 0.01, "v": 0.1}
+    straight, curved = plant_with(), plant_with(curve=CURVE)
+    usual, linear = (linearise("full", None, at, u=3.0, **point) for at in (straight, curved))
+    # From 2 to 4 V the curve is 0.27 dm3/(s bar) per volt, the straight valve 0.15 everywhere.
+    np.testing.assert_allclose(linear.B[:, 0], usual.B[:, 0] * 0.27 / 0.15, rtol=1e-9)
+    with pytest.raises(InputError, match="curve has a kink"):
+        linearise("full", None, curved, u=-4.0, **point)
+    with pytest.raises(InputError, match="equal pressures"):
+        linearise("full", None, curved, u=3.0, **point | {"P_A": curved.conditions.P_s})
+
+
+def test_a_linear_model_has_the_lag_as_a_state(plant):
+    point = {"P_A": 4e5, "P_B": 5e5, "x": 0.01, "v": 0.1}
+    ideal = linearise("full", None, plant, u=0.6, **point)
+    late = linearise("full", None, plant, u=1.0, dynamics=LATE, **point)  # 0.1 of null, 0.3 of dead band
+    assert late.A[0].tolist() == pytest.approx([-250.0, 0, 0, 0, 0])
+    assert late.B[:, 0].tolist() == pytest.approx([250.0, 0, 0, 0, 0])
+    np.testing.assert_allclose(late.A[1:, 0], ideal.B[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(late.A[1:, 1:], ideal.A, rtol=1e-12)
+    with pytest.raises(InputError, match=r"u = 0\.2 V: the valve is shut"):
+        linearise("full", None, plant, u=0.2, dynamics=LATE, **point)
+
+
+@pytest.fixture
+def configured(tmp_path):
+    """Configuration whose cylinder D has such a valve."""
+
+    def write(**changes):
+        dynamics = {"lag_s": 4e-3, "dead_time_s": 5e-3, "null_V": 0.1, "dead_band_V": 0.3} | changes
+        content = yaml.safe_load(PAPER.read_text(encoding="utf-8"))
+        content["cylinders"]["D"]["valve_dynamics"] = dynamics
+        (tmp_path / "late.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+        return ["--config", "late.yaml", "--cylinder", "D", "--k0", 0.5]
+
+    return write
+
+
+def test_commands_take_the_dynamics_of_the_configuration(configured, inside, plant, tmp_path):
+    code, out, _ = inside("export", "M8", "--n", N, "--to", "casadi", *configured())
+    plant = plant._replace(k_0=0.5)
+    assert code == 0 and out.encode() == exported("M8", N, plant, "casadi", dynamics=LATE)["M8.py"]
+    at = ["--u", 1, "--P_A", "4e5", "--P_B", "5e5", *configured()]
+    code, out, told = inside("linearise", "full", "--json", *at)
+    assert code == 0 and json.loads(out)["states"] == ["opening", "P_A", "T_A", "P_B", "T_B"]
+    assert told.startswith("note: the valve's dead time, 5 ms, is left out\n")
+    code, _, told = inside("linearise", "full", "--json", "--u", 1, *at[2:6], *configured(null_V=9.8))
+    assert code == 2 and "null_V = 9.8" in told and "must be below 10" in told
