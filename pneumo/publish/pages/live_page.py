@@ -28,7 +28,15 @@ from pneumo.errors import InputError
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.selection.answer import model_cost
-from pneumo.selection.cylinder_ranking import DRAWS, LONG_RUN, ROWS, SHORTEST, drawn_deviations, seeds_of
+from pneumo.selection.cylinder_ranking import (
+    DRAWN_RUN,
+    DRAWN_STEP,
+    DRAWS,
+    ROWS,
+    SHORTEST,
+    drawn_deviations,
+    seeds_of,
+)
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.simulation.excitation import initial_state
 from pneumo.simulation.polynomials import flow_polynomial
@@ -141,7 +149,8 @@ def _layout() -> dict[str, Any]:
         "limits": {name: uncertain.half_width(name) for name in uncertain.names},
         "sigmas": SIGMAS,
         "b": [LEAST_B, MOST_B],
-        "shortest": [LONG_RUN, SHORTEST],
+        "shortest": [DRAWN_RUN, SHORTEST],
+        "drawn_step": DRAWN_STEP,
         "tails": TAILS,
         "material": MATERIAL,
         "template": _template(),
