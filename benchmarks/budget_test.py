@@ -188,7 +188,9 @@ def _known_errors(
 
 def dataset(cases: list[dict[str, Any]]) -> xr.Dataset:
     """Cases by cylinder, models (`row`) and groups of quantities."""
-    dims = dict.fromkeys(("expected_rms", "expected_low", "expected_high", "n", "realised"), ("row",))
+    dims: dict[str, tuple[str, ...]] = dict.fromkeys(
+        ("expected_rms", "expected_low", "expected_high", "n", "realised"), ("row",)
+    )
     dims |= dict.fromkeys(("realised_known", "expected_known"), ("group",))
     columns = {
         name: (("cylinder", *dims.get(name, ())), np.array([each[name] for each in cases]))

@@ -17,7 +17,7 @@ def loaded(name):
     return json.loads(text) if name.endswith(".json") else yaml.safe_load(text)
 
 
-@pytest.mark.parametrize("job", JOBS)
+@pytest.mark.parametrize("job", sorted({*JOBS} - {"platforms"}))  # its commands are an engineer's
 def test_each_job_calls_one_make_target_that_exists(job):
     (command,) = [step["run"] for step in JOBS[job]["steps"] if "run" in step]
     target = re.fullmatch(r"make ([a-z-]+) PYTHON=python", command)

@@ -37,7 +37,7 @@ class TestSite:
             for scheme in ("light", "dark"):
                 browser.page.emulate_media(color_scheme=scheme)
                 assert_readable(browser, least=10)
-        assert [url for url in browser.requests if not url.startswith(("file:", "data:"))] == []
+        assert [url for url in browser.requests if not url.startswith(("file:", "data:", "blob:"))] == []
         assert browser.console == []
 
     def test_formulas_are_drawn(self, browser):

@@ -45,7 +45,7 @@ def key_of(meaning: str, default: Any = ..., *, uncertain: bool = False, **limit
 
     The number of a key that is `uncertain` may have an uncertainty.
     """
-    extra = {"uncertain": True} if uncertain else None
+    extra: dict[str, Any] | None = {"uncertain": True} if uncertain else None
     return Field(default, description=meaning, json_schema_extra=extra, **limits)
 
 

@@ -34,7 +34,7 @@ SAMPLES = 200
 def a_fit():
     rng = np.random.default_rng(3)
     P = 4e5 + 1e3 * rng.normal(size=(2, SAMPLES))
-    m = Measurement("m", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P, None, np.nan, ("column <b>: odd",))
+    m = Measurement("m", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P, notes=("column <b>: odd",))
 
     def estimate(k_0, low, high, held_out):
         values = {"n": 1.25, "k_0": k_0, "k_xu": 7.3e-7, "V_d_A": 4e-6, "V_d_B": 5e-6}
