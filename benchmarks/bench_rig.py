@@ -55,6 +55,9 @@ class Rig(NamedTuple):
     piston_leak: float = 0.0  # conductance past the piston over C
     valve_leak: float = 0.0  # conductance of each closed path over C
     warming: float = 0.0  # K/s, of wall and incoming air
+    inlet: float = 0.0  # K, of the incoming air above T_amb
+    stick: float = 0.0  # static over Coulomb friction, less 1
+    bend: float = 0.0  # deviation of the opening from proportional at half command, over the largest
 
 
 def drawn_rig(rng: np.random.Generator) -> Rig:
@@ -109,17 +112,22 @@ def _compiled() -> Any:
         return CDLL(str(library)).bench_run
 
 
-def run_bench(rig: Rig, target: np.ndarray, gain: float, late: int, period: float) -> np.ndarray:
-    """Follow a target of every control period, s; rows of u, x, P_A, P_B, P_s at the start of each."""
+def run_bench(
+    rig: Rig, target: np.ndarray, gain: float, late: int, period: float, reverse: float = 0.0
+) -> np.ndarray:
+    """Follow a target of every control period, s; rows of u, x, P_A, P_B, P_s, v at the start of each.
+
+    With a gain of 0 the target is the command, V, and points inward beyond `reverse`, m, from the centre.
+    """
     rows, sent, target = (
-        np.empty((len(target), 5)),
+        np.empty((len(target), 6)),
         np.empty(len(target)),
         np.ascontiguousarray(target, float),
     )
     numbers = np.array(rig, dtype=float)
     of = [a.ctypes.data_as(c_void_p) for a in (numbers, target, sent, rows)]
     count, steps = c_long(len(target)), c_long(round(period / STEP))
-    of_time = c_double(gain), c_long(late), c_double(period), steps, c_double(STEP)
+    of_time = c_double(gain), c_double(reverse), c_long(late), c_double(period), steps, c_double(STEP)
     _compiled()(of[0], of[1], count, *of_time, of[2], of[3])
     return rows
 

@@ -91,7 +91,7 @@ def fitted_parameters() -> str:
         if row.search.times == "A_q0":
             unit = f"W/(m² K) {unit}, the wall's area in mid-stroke"
         bounds = f"{row.search.low:g} to {row.search.high:g} {unit}".removesuffix(" 1")
-        also = {"configured": "within `accuracy`; freely ", "cause": ""}.get(row.group)
+        also = {"configured": "within its uncertainty; freely ", "cause": ""}.get(row.group)
         fitted = "" if also is None else f"{also}with `--also {name}`"
         rows.append([f"`{name}`", row.quantity.name, bounds, fitted, f"`{row.key}`" if row.key else ""])
     return table(["parameter", "meaning", "searched", "fitted", "key of `fitted.yaml`"], rows)

@@ -12,6 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import budget_counts
 import cost
 import drift
 import measured_air
@@ -61,6 +62,7 @@ def from_kept_files() -> Numbers:
             "factor": f"{coefficient_times_length()[1]:.1f}",
             "k_0": f"{min(k_0):g} to {max(k_0):g}",
         },
+        "budget_test": budget_counts.numbers(xr.load_dataset(KEPT / "budget_test.nc")),
         "cluster": fleet(_stored(STATIC / "fleet.json")),
         "cost": cost.numbers(_stored(STEP_COST)),
         "drift": drift.tables(),

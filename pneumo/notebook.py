@@ -421,7 +421,7 @@ def fit(
             command=rule,
             part=part,
             also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
-            known=accuracy(configuration, position_shown(measurement, plant)),
+            known=accuracy(configuration, position_shown(measurement, plant), named),
             progress=progress,
         )
     if configuration.cylinders[named].valve:

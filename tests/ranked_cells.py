@@ -8,6 +8,7 @@ from pneumo.configuration.uncertain import GROUPS
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answer
 from pneumo.selection.cylinder_ranking import ROWS
+from pneumo.statistics.error_budget import NOTHING
 
 N = [1.2, 1.3, 1.4]
 PAPER_LEVEL = dict(zip(PAPER_MODELS, (900, 80, 100, 3000, 20, 8, 6, 3, 2.5, 2.4), strict=True))
@@ -15,7 +16,7 @@ LEVEL = {name: PAPER_LEVEL.get(name, 5000.0 + i) for i, name in enumerate(MODELS
 
 FULL = 0.5  # MSE of the full order on drawn cylinders, in the same measure
 SWING = 50e3  # Pa
-DRAWS, KNOWN_DRAWS = 16, 8
+DRAWS, PART_DRAWS = 16, 8
 
 
 def made(
@@ -46,15 +47,19 @@ def made(
             values[:, :, i] = values[:, :, i, :1]
     dims = ("experiment", "run", "model", "n", "chamber")
     data = {"mse": (dims, values)}
-    groups, unknown = list(GROUPS), unknown or {}
+    groups, unknown = [*GROUPS, NOTHING], unknown or {}
     own = np.array([*levels[:, 0, 0], full])
     total = own + sum(unknown.values())
     draws = np.exp(noise * rng.standard_normal((len(experiments), DRAWS, len(ROWS), 2)))
     data["mse_drawn"] = (("experiment", "draw", "row", "chamber"), scale * total[:, None] * draws)
-    known = np.full((len(groups), len(experiments), KNOWN_DRAWS, len(ROWS), 2), np.nan)
+    alone = np.full((len(groups), len(experiments), PART_DRAWS, len(ROWS), 2), np.nan)
+    others = alone.copy()
+    alone[-1] = scale * own[:, None] * draws[:, :PART_DRAWS]
     for group, extra in unknown.items():
-        known[groups.index(group)] = scale * (total - extra)[:, None] * draws[:, :KNOWN_DRAWS]
-    data["mse_known"] = (("group", "experiment", "known_draw", "row", "chamber"), known)
+        alone[groups.index(group)] = scale * (own + extra)[:, None] * draws[:, :PART_DRAWS]
+        others[groups.index(group)] = scale * (total - extra)[:, None] * draws[:, :PART_DRAWS]
+    data["mse_alone"] = (("group", "experiment", "part_draw", "row", "chamber"), alone)
+    data["mse_others"] = (("group", "experiment", "part_draw", "row", "chamber"), others)
     held_out = [[(measured or {}).get(name, np.nan) for name in ROWS]] * len(experiments)
     data["measured"] = (("experiment", "row"), held_out)
     data["limits"] = ("experiment", ["C ± 10 %"] * len(experiments))

@@ -174,7 +174,7 @@ def test_the_table_of_fitted_parameters_says_what_is_fitted_when_and_names_its_s
 
     text = fitted_parameters()
     for name in ("b", "P_s", "exhaust", "T_in"):
-        assert f"| within `accuracy`; freely with `--also {name}` |" in text
+        assert f"| within its uncertainty; freely with `--also {name}` |" in text
     assert "| with `--also A_B` |" in text
     assert "0.3 to 1000 W/(m² K) times `A_q0`, the wall's area in mid-stroke |" in text
 

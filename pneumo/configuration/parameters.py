@@ -19,7 +19,6 @@ from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.sampling import SAMPLINGS
 from pneumo.configuration.schema import (
-    AccuracySection,
     Configuration,
     CylinderSection,
     ExperimentSection,
@@ -128,40 +127,50 @@ class Accuracy(NamedTuple):
     Those without a unit in their comment are relative to the quantity.
     """
 
-    b: float  # absolute
-    exhaust: float
-    P_s: float
-    bore: float
-    stroke: float  # m
-    x_zero: float  # m
-    x_scale: float
-    T_amb: float  # K
-    T_in: float  # K
-    P_atm: float
-    P_gain: float  # of each pressure sensor
+    b: float = 0.1  # absolute
+    exhaust: float = 0.05
+    P_s: float = 0.02
+    bore: float = 0.002
+    stroke: float = 0.5e-3  # m
+    x_zero: float = 0.5e-3  # m
+    x_scale: float = 1e-3
+    T_amb: float = 3.0  # K
+    T_in: float = 3.0  # K
+    P_atm: float = 0.02
+    P_gain: float = 1e-3  # of each pressure sensor
 
 
-def accuracy(configuration: Configuration | None = None, position_shown: bool = True) -> Accuracy:
-    """Accuracy of the rig in SI units, as configured or by default.
+def accuracy(
+    configuration: Configuration | None = None, position_shown: bool = True, cylinder: str | None = None
+) -> Accuracy:
+    """Accuracy of a cylinder's rig in SI units, as configured or by default.
 
-    `position_shown` says whether a record or configured dead volumes would reveal a wrong zero or scale of x.
+    `position_shown` says whether a record or configured dead volumes would reveal a wrong zero of x.
+    `cylinder` may be left out if there is only one.
     """
-    s = (configuration and configuration.accuracy) or AccuracySection()
-    percent, mm = 1e-2, 1e-3
-    x_zero, x_scale = (0.5, 0.1) if position_shown else (5.0, 0.1)  # mm, per cent
-    return Accuracy(
-        b=s.b,
-        exhaust=s.exhaust_percent * percent,
-        P_s=s.P_s_percent * percent,
-        bore=s.bore_percent * percent,
-        stroke=s.stroke_mm * mm,
-        x_zero=(s.x_zero_mm or x_zero) * mm,
-        x_scale=(s.x_scale_percent or x_scale) * percent,
-        T_amb=s.T_amb_K,
-        T_in=s.T_in_K,
-        P_atm=s.P_atm_percent * percent,
-        P_gain=s.P_gain_percent * percent,
-    )
+    known = Accuracy(x_zero=0.5e-3 if position_shown else 5e-3)
+    if configuration is None:
+        return known
+    section = configuration.cylinders[cylinder or next(iter(configuration.cylinders))]
+    valve, supply, sensors = section.valve, configuration.supply, configuration.sensors
+    given = {
+        "b": valve and valve.uncertainty("b"),
+        "exhaust": valve and valve.uncertainty("exhaust_ratio", relative=True),
+        "P_s": supply.uncertainty("P_s_Pa", relative=True),
+        "bore": section.uncertainty("bore_mm", relative=True),
+        "stroke": _scaled(section.uncertainty("stroke_mm"), 1e-3),
+        "x_zero": _scaled(sensors and sensors.x_zero_mm, 1e-3),
+        "x_scale": _scaled(sensors and sensors.x_scale_percent, 1e-2),
+        "T_amb": supply.uncertainty("T_amb_K"),
+        "T_in": supply.uncertainty("T_in_K"),
+        "P_atm": supply.uncertainty("P_atm_Pa", relative=True),
+        "P_gain": _scaled(sensors and sensors.P_gain_percent, 1e-2),
+    }
+    return known._replace(**{name: value for name, value in given.items() if value is not None})
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else value * factor
 
 
 STANDARD_GRAVITY = 9.80665  # m/s^2

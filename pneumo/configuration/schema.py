@@ -5,6 +5,7 @@ Keys name their unit (bore_mm); `pneumo.configuration.parameters` converts to SI
 
 import itertools
 import unicodedata
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -23,6 +24,7 @@ from pneumo.configuration.schema_parts import (
     Number,
     Seconds,
     Section,
+    Uncertainty,
     conflict,
     key_of,
     listed,
@@ -30,7 +32,6 @@ from pneumo.configuration.schema_parts import (
 from pneumo.physics.gases import GASES
 
 MOST_PERCENT = 50.0  # of an accuracy
-MOST_K_0_FACTOR = 100.0  # within which k_0 may be known
 Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
 Unknown = BeforeValidator(lambda value: None if value == "unknown" else value)
 MOST_KNOTS = 30  # of a curve; both chambers' fit into the core's table
@@ -61,10 +62,10 @@ class GasSection(Section):
 class SupplySection(Section):
     """Pressures and temperatures of the supply and of the surroundings."""
 
-    P_s_Pa: Number = key_of("absolute supply pressure, above P_atm_Pa", gt=0, le=5e6)
-    P_atm_Pa: Number = key_of("atmospheric pressure", gt=0, le=2e5)
-    T_amb_K: Number = key_of("temperature of walls and surroundings", ge=150, le=500)
-    T_in_K: Number = key_of("temperature of incoming air", ge=150, le=500)
+    P_s_Pa: Number = key_of("absolute supply pressure, above P_atm_Pa", gt=0, le=5e6, uncertain=True)
+    P_atm_Pa: Number = key_of("atmospheric pressure", gt=0, le=2e5, uncertain=True)
+    T_amb_K: Number = key_of("temperature of walls and surroundings", ge=150, le=500, uncertain=True)
+    T_in_K: Number = key_of("temperature of incoming air", ge=150, le=500, uncertain=True)
     P_0_per_P_s: Literal["half-bridge"] | Fraction = key_of(
         "equilibrium over supply pressure, or half-bridge to solve Appendix 2"
     )
@@ -186,7 +187,7 @@ class CurveSection(Section):
 
 def _figure(meaning: str, largest: float) -> Any:
     """Key for a figure of `CONVERSIONS` other than C, which is left out of the hash if it is not given."""
-    return key_of(meaning, None, exclude_if=lambda value: value is None, gt=0, le=largest)
+    return key_of(meaning, None, uncertain=True, exclude_if=lambda value: value is None, gt=0, le=largest)
 
 
 class ValveSection(Section):
@@ -197,7 +198,11 @@ class ValveSection(Section):
     """
 
     C_dm3_per_sbar: Number | None = key_of(
-        "sonic conductance C from supply to chamber at u_max_V; or give Q_n_l_per_min", None, gt=0, le=1000
+        "sonic conductance C from supply to chamber at u_max_V; or give Q_n_l_per_min",
+        None,
+        gt=0,
+        le=1000,
+        uncertain=True,
     )
     Q_n_l_per_min: Number | None = _figure(
         "nominal flow from supply to chamber at u_max_V, from 7 to 6 bar absolute, of air at 20 °C and 1 bar",
@@ -210,9 +215,11 @@ class ValveSection(Section):
     Cv: Number | None = _figure("instead: flow coefficient in US units; within 15 %", 250)
     Kv_m3_per_h: Number | None = _figure("instead: metric flow coefficient; within 15 %", 220)
     b: Annotated[Number | None, Unknown] = key_of(
-        "critical pressure ratio, or unknown: 0.3, from 0.15 to 0.45", None, gt=0, lt=1
+        "critical pressure ratio, or unknown: 0.3, from 0.15 to 0.45", None, gt=0, lt=1, uncertain=True
     )
-    exhaust_ratio: Number = key_of("C from chamber to exhaust over that from supply to it", 1.0, gt=0, le=10)
+    exhaust_ratio: Number = key_of(
+        "C from chamber to exhaust over that from supply to it", 1.0, gt=0, le=10, uncertain=True
+    )
     exhaust_b: Fraction | None = key_of(
         "critical ratio of the path to the exhaust, if it differs",
         None,
@@ -249,7 +256,13 @@ class ValveSection(Section):
         rest = section.model_dump(exclude_unset=True, exclude={*CONVERSIONS})
         converted = cls(C_dm3_per_sbar=conductance(*figure, section.critical_ratio), **rest)
         converted._given = figure
+        converted._keep(section._uncertainties)
         return converted
+
+    def _keep(self, found: Mapping[str, Uncertainty]) -> None:
+        super()._keep(found)
+        if self._given and (within := self.flow_within) is not None:
+            self._uncertainties["C_dm3_per_sbar"] = Uncertainty(100 * within, "%")
 
     @property
     def critical_ratio(self) -> float:
@@ -262,6 +275,13 @@ class ValveSection(Section):
         if self._given is not None:
             return self._given
         return "C_dm3_per_sbar", self.largest_C
+
+    @property
+    def flow_within(self) -> float | None:
+        """Relative uncertainty of the flow as given; None if the configuration has none."""
+        key, value = self.flow_as_given
+        given = self._uncertainties.get(key)
+        return None if given is None else given.half_width / (100 if given.percent else value)
 
     @property
     def largest_C(self) -> float:
@@ -308,14 +328,15 @@ class FittedSection(Section):
 class CylinderSection(Section):
     """A cylinder with its load, its valve and the signals that excite it."""
 
-    bore_mm: Number = key_of("diameter phi", gt=0, le=1000)
-    stroke_mm: Number = key_of("stroke l", gt=0, le=10000)
+    bore_mm: Number = key_of("diameter phi", gt=0, le=1000, uncertain=True)
+    stroke_mm: Number = key_of("stroke l", gt=0, le=10000, uncertain=True)
     rod_mm: Number = key_of("diameter of a single rod, in chamber B; 0: no rod", 0.0, ge=0, le=1000)
     dead_volume_m3: Annotated[Number | None, Unknown] = key_of(
         "dead volume V_d of each chamber with its tube, or unknown: 10 % of half the stroke, × or ÷ 2.5",
         None,
         gt=0,
         le=1,
+        uncertain=True,
     )
     # Left out of the hash if not given: older configurations keep their hash.
     dead_volume_B_m3: Number | None = key_of(
@@ -324,6 +345,7 @@ class CylinderSection(Section):
         exclude_if=lambda value: value is None,
         gt=0,
         le=1,
+        uncertain=True,
     )
     mass_kg: Number = key_of("moving mass M with load", gt=0, le=1e5)
     friction_Ns_per_m: Number = key_of("viscous friction coefficient k_f", ge=0, le=1e6)
@@ -331,7 +353,11 @@ class CylinderSection(Section):
     incline_deg: Number = key_of("angle at which chamber A lifts the mass; 90: upwards", 0.0, ge=-90, le=90)
     load_N: Number = key_of("constant force, positive where it enlarges chamber A", 0.0, ge=-1e6, le=1e6)
     k_x_k_u_m2_per_V: Number | None = key_of(
-        "valve area per volt, with the flow of eq (1); or give the section valve", None, gt=0, le=1e-2
+        "valve area per volt, with the flow of eq (1); or give the section valve",
+        None,
+        gt=0,
+        le=1e-2,
+        uncertain=True,
     )
     valve: ValveSection | None = key_of("a valve by its catalogue", None)
     valve_B: ValveSection | None = key_of(
@@ -342,23 +368,6 @@ class CylinderSection(Section):
     u_max_V: Number = key_of("limit of the command", gt=0, le=1000)
     valve_dynamics: ValveDynamicsSection | None = key_of(
         "how the valve follows its command", None, exclude_if=lambda value: value is None
-    )
-    k_0_factor: Number | None = key_of(
-        "pneumo study: factor within which k_0 is known (95 %); default 2, or that of the catalogue",
-        None,
-        exclude_if=lambda value: value is None,
-        ge=1,
-        le=MOST_K_0_FACTOR,
-    )
-    valve_within_percent: Percent | None = key_of(
-        "pneumo study: accuracy of the valve's flow (95 %); default 10, more for a converted figure",
-        None,
-        exclude_if=lambda value: value is None,
-    )
-    dead_volumes_within_percent: Percent | None = key_of(
-        "pneumo study: accuracy of both dead volumes (95 %); default 20, or a factor of 2.5 where unknown",
-        None,
-        exclude_if=lambda value: value is None,
     )
     fitted: FittedSection | None = key_of(
         "what a fit found, as `pneumo fit` writes it", None, exclude_if=lambda value: value is None
@@ -445,12 +454,14 @@ class ExperimentSection(Section):
         "thermal conductance of a chamber's wall at equilibrium; catalogue, or unknown: estimated from"
         f" {measured_cylinders()}; or give lambda_0_W_per_m2K",
         None,
+        uncertain=True,
     )
     lambda_0_W_per_m2K: Number | None = key_of(
         "heat transfer coefficient at equilibrium: k_0 over the heat transfer area in mid-stroke",
         None,
         ge=0,
         le=1e5,
+        uncertain=True,
     )
     duration_s: Seconds = key_of("length of the full-order run")
     settling_stop_s: Seconds | None = key_of(
@@ -465,25 +476,15 @@ class ExperimentSection(Section):
         return self
 
 
-class AccuracySection(Section):
-    """How accurately the rig is known, for `pneumo fit`: limits of errors, as data sheets state them.
+class SensorsSection(Section):
+    """How accurately the sensors of a record are known: half-widths of 95 % intervals, for `pneumo fit`.
 
-    A limit is half of a 95 % interval. b, exhaust ratio, supply pressure and T_in are fitted within their
-    limits; the other quantities cannot be fitted, and widen the intervals of all estimates. By default, the
-    zero of x is known within 0.5 mm where stops or configured dead volumes show it, else within 5 mm; its
-    scale within 0.1 %.
+    They cannot be fitted, and widen the intervals of all estimates. By default the zero of x is known within
+    0.5 mm where stops or configured dead volumes show it, else within 5 mm.
     """
 
-    b: Number = key_of("of the critical pressure ratio", 0.1, gt=0, le=1)
-    exhaust_percent: Percent = key_of("of the exhaust ratio", 5.0)
-    P_s_percent: Percent = key_of("of the supply pressure", 2.0)
-    bore_percent: Percent = key_of("of the bore", 0.2)
-    stroke_mm: Number = key_of("of the stroke", 0.5, gt=0, le=1000)
     x_zero_mm: Number | None = key_of("of the position's zero", None, gt=0, le=1000)
-    x_scale_percent: Percent | None = key_of("of the position's scale", None)
-    T_amb_K: Number = key_of("of the temperature of walls and surroundings", 3.0, gt=0, le=100)
-    T_in_K: Number = key_of("of the temperature of incoming air", 3.0, gt=0, le=100)
-    P_atm_percent: Percent = key_of("of the atmospheric pressure", 2.0)
+    x_scale_percent: Percent = key_of("of the position's scale", 0.1)
     P_gain_percent: Percent = key_of("of the gain of each pressure sensor", 0.1)
 
 
@@ -538,8 +539,8 @@ class Configuration(Section):
         "linear",
     )
     run: RunSection = RunSection()
-    accuracy: AccuracySection | None = key_of(
-        "how accurately the rig is known, for pneumo fit", None, exclude_if=lambda value: value is None
+    sensors: SensorsSection | None = key_of(
+        "how accurately sensors are known, for pneumo fit", None, exclude_if=lambda value: value is None
     )
 
     @model_validator(mode="after")

@@ -1,10 +1,22 @@
 """Parts of the schema: kinds of numbers, sections with one key of two, and errors of conflicting values."""
 
 import itertools
+import re
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any
+from math import inf
+from typing import Annotated, Any, NamedTuple, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from pneumo.configuration.text_file import NUMBER
@@ -28,9 +40,13 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")]
 Count = Annotated[int, BeforeValidator(_number)]
 
 
-def key_of(meaning: str, default: Any = ..., **limits: Any) -> Any:
-    """Key of the configuration: its meaning, its default if it has one, and its limits."""
-    return Field(default, description=meaning, **limits)
+def key_of(meaning: str, default: Any = ..., *, uncertain: bool = False, **limits: Any) -> Any:
+    """Key of the configuration: its meaning, its default if it has one, and its limits.
+
+    The number of a key that is `uncertain` may have an uncertainty.
+    """
+    extra: dict[str, Any] | None = {"uncertain": True} if uncertain else None
+    return Field(default, description=meaning, json_schema_extra=extra, **limits)
 
 
 def listed(names: Iterable[Any]) -> str:
@@ -66,10 +82,71 @@ def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, An
     return result
 
 
+UNCERTAIN = re.compile(rf"({NUMBER.pattern})\s*(?:±|\+-|\+/-)\s*({NUMBER.pattern})\s*(%?)")
+MOST_PERCENT = 1e4
+REPLACED = {  # keys of earlier versions, and what to write instead
+    "accuracy": "write b: 0.3 ± 0.1, P_s_Pa: 700000 ± 2 % and so on, and what remains in the section sensors",
+    "valve_within_percent": "write it in the valve's own key, as in C_dm3_per_sbar: 1.5 ± 3 %",
+    "dead_volumes_within_percent": "write dead_volume_m3: 4.0e-6 ± 20 %",
+    "k_0_factor": "write it in the experiments, as in k_0_W_per_K: 0.3 ± 100 %, which is × or ÷ 2",
+}
+
+
+class Uncertainty(NamedTuple):
+    """Half-width of the 95 % interval of a configured number."""
+
+    half_width: float
+    percent: str  #: % where it is relative, else empty
+
+
 class Section(BaseModel):
-    """A frozen section of the configuration without unknown keys."""
+    """A frozen section of the configuration without unknown keys.
+
+    A number may be written with its uncertainty, 1.5 ± 0.1 or 1.5 ± 10 %, under keys that say so.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    _uncertainties: dict[str, Uncertainty] = PrivateAttr(default_factory=dict)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _without_uncertainties(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        if not isinstance(value, Mapping):
+            return handler(value)
+        numbers, found = dict(value), dict[str, Uncertainty]()
+        for key, given in value.items():
+            if key in REPLACED and key not in cls.model_fields:
+                raise conflict(given, f"no longer a key: {REPLACED[key]}", (key,))
+            extra = cls.model_fields[key].json_schema_extra if key in cls.model_fields else None
+            match = UNCERTAIN.fullmatch(given.strip()) if extra and isinstance(given, str) else None
+            if match is None:
+                continue
+            numbers[key], half_width, percent = float(match[1]), float(match[4]), match[7]
+            if not 0 <= half_width <= (MOST_PERCENT if percent else inf):
+                raise conflict(given, f"the uncertainty must be 0 to {MOST_PERCENT:g} %", (key,))
+            found[key] = Uncertainty(half_width, percent)
+        section = handler(numbers)
+        section._keep(found)
+        return section
+
+    def _keep(self, found: Mapping[str, Uncertainty]) -> None:
+        self._uncertainties.update(found)
+
+    @model_serializer(mode="wrap")
+    def _with_uncertainties(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content = handler(self)
+        for key, (half_width, percent) in self._uncertainties.items():
+            if content.get(key) is not None:
+                content[key] = f"{content[key]!r} ± {half_width!r}{' %' if percent else ''}"
+        return content
+
+    def uncertainty(self, key: str, *, relative: bool = False) -> float | None:
+        """Half-width of the 95 % interval of a key's number, in its unit or `relative`; None if not given."""
+        value, given = getattr(self, key), self._uncertainties.get(key)
+        if given is None or value is None:
+            return None
+        half_width = given.half_width * (abs(value) / 100 if given.percent else 1)
+        return half_width / abs(value) if relative else half_width
 
     def exactly_one(self, key: str, other: str, other_in_words: str = "") -> None:
         """Raise an error if a section has neither or both of two keys."""

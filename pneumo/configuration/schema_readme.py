@@ -58,6 +58,7 @@ def _row(section: Mapping[str, Any], key: str, field: Mapping[str, Any]) -> str:
     inner = named_sections(resolved(field))
     limits = f"names, for each {allowed(inner)}" if inner else allowed(field)
     meaning = field.get("description") or resolved(field)["description"].rstrip(".")
+    limits += ", also with ± and its uncertainty" if field.get("uncertain") else ""
     optional = "" if key in section.get("required", ()) else " (optional)"
     return f"| `{key}` | {unit(key)} | {limits} | {meaning}{optional} |"
 

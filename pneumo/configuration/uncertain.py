@@ -5,7 +5,7 @@ what nobody stated. Deviations are normal; of a factor, such as a conductance, i
 """
 
 from collections.abc import Mapping
-from math import exp, log
+from math import exp, expm1, log, log1p
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -14,13 +14,14 @@ import numpy as np
 from pneumo.catalogue import conductance_factor
 from pneumo.configuration.conductance import CONVERSIONS, USUAL_B, conductance
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.schema import AccuracySection, Configuration, CylinderSection
+from pneumo.configuration.parameters import accuracy
+from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection
 
 SIGMAS = 1.96  # half-width of a 95 % interval over the standard deviation
 K_0_FACTOR = 2.0  # of a given k_0: estimates of the same wall differ as much
 CATALOGUE_FLOW = 0.10  # of C as a data sheet prints it
 B_UNKNOWN = 0.15  # b from 0.15 to 0.45
-DEAD_VOLUME, DEAD_VOLUME_UNKNOWN = 0.20, log(2.5)  # as given; as assumed where it is left out: a factor
+DEAD_VOLUME, DEAD_VOLUME_UNKNOWN = 0.20, log(2.5)  # as given, relative; as assumed where it is left out
 LEAST_B, MOST_B = 0.02, 0.95  # of a drawn valve
 
 
@@ -61,22 +62,27 @@ class Uncertain(NamedTuple):
         place = self.names.index(name)
         return SIGMAS * self.covariance[place][place] ** 0.5
 
-    def known(self, group: str, deviations: np.ndarray) -> np.ndarray:
-        """Deviations, shape (draw, quantity), if the quantities of a group were measured to be as configured.
+    def alone(self, group: str, deviations: np.ndarray) -> np.ndarray:
+        """Deviations, shape (draw, quantity), if only the quantities of a group deviate.
 
-        The others move with them as far as they are correlated (Matheron's rule).
+        The others move with them as far as they are correlated. The rest, which would remain if the group
+        were known, is independent of it (Matheron's rule).
         """
         inside = np.array([QUANTITIES[name].group == group for name in self.names])
         covariance = np.array(self.covariance)
         gain = np.linalg.pinv(covariance[np.ix_(inside, inside)]) @ covariance[inside]
-        return deviations - deviations[:, inside] @ gain
+        return deviations[:, inside] @ gain
 
     def text(self, name: str) -> str:
         """Quantity with its limit, such as "C ± 10 %"."""
         half, name_shown = self.half_width(name), name.replace("V_d_", "V_d of ")
         if not QUANTITIES[name].logarithmic:
             return f"{name_shown} ± {half:.2g}" + (" K" if name == "T_in" else "")
-        return f"{name_shown} ± {100 * half:.2g} %" if half < 0.3 else f"{name_shown} × or ÷ {exp(half):.2g}"
+        return (
+            f"{name_shown} ± {100 * expm1(half):.2g} %"
+            if half < 0.3
+            else f"{name_shown} × or ÷ {exp(half):.2g}"
+        )
 
 
 def plant_with(plant: Plant, names: tuple[str, ...], deviations: np.ndarray) -> Plant:
@@ -114,16 +120,11 @@ def uncertainties(configuration: Configuration) -> dict[str, Uncertain]:
     A cylinder with the section `fitted` has the joint distribution of that fit; quantities that the fit did
     not estimate have their limits.
     """
-    unknown_walls = {e.cylinder for e in configuration.experiments.values() if e.k_0_W_per_K == "catalogue"}
-    accuracy = configuration.accuracy or AccuracySection()
-    return {
-        name: _uncertain(section, accuracy, name in unknown_walls)
-        for name, section in configuration.cylinders.items()
-    }
+    return {name: _uncertain(configuration, name) for name in configuration.cylinders}
 
 
-def _uncertain(section: CylinderSection, accuracy: AccuracySection, unknown_wall: bool) -> Uncertain:
-    limits = _limits(section, accuracy, unknown_wall)
+def _uncertain(configuration: Configuration, cylinder: str) -> Uncertain:
+    section, limits = configuration.cylinders[cylinder], _limits(configuration, cylinder)
     names = tuple(limits)
     covariance = np.diag([(limit / SIGMAS) ** 2 for limit in limits.values()])
     if "b" in names and (slope := _slope_of_flow(section)):  # a nominal flow: C follows from it with b
@@ -142,30 +143,34 @@ def _uncertain(section: CylinderSection, accuracy: AccuracySection, unknown_wall
     return Uncertain(names, rows, measured)
 
 
-def _limits(section: CylinderSection, accuracy: AccuracySection, unknown_wall: bool) -> dict[str, float]:
+def _limits(configuration: Configuration, cylinder: str) -> dict[str, float]:
     """Half-width of the 95 % interval of each quantity; of its logarithm for a factor."""
+    section, known = configuration.cylinders[cylinder], accuracy(configuration, cylinder=cylinder)
     valve = section.valve
-    if section.valve_within_percent is not None:
-        flow = section.valve_within_percent / 100
-    else:
-        rule = CONVERSIONS[valve.flow_as_given[0]].within if valve else 0.0
-        flow = (CATALOGUE_FLOW**2 + rule**2) ** 0.5
-    limits = {"C": flow}
+    flow = valve.flow_within if valve else section.uncertainty("k_x_k_u_m2_per_V", relative=True)
+    rule = CONVERSIONS[valve.flow_as_given[0]].within if valve else 0.0
+    limits = {"C": log1p((CATALOGUE_FLOW**2 + rule**2) ** 0.5 if flow is None else flow)}
     if valve:
-        limits["b"] = B_UNKNOWN if valve.b is None else accuracy.b
-    limits["exhaust"] = accuracy.exhaust_percent / 100
-    given = section.dead_volume_m3 is not None
-    dead = log(1 + (section.dead_volumes_within_percent or 100 * DEAD_VOLUME) / 100)
-    limits["V_d_A"] = dead if given or section.dead_volumes_within_percent else DEAD_VOLUME_UNKNOWN
-    limits["V_d_B"] = limits["V_d_A"]
-    factor = section.k_0_factor or (
-        conductance_factor(section.bore_mm * 1e-3) if unknown_wall else K_0_FACTOR
-    )
-    limits["k_0"] = log(factor)
-    return {name: limit for name, limit in limits.items() if limit > 0} | {
-        "P_s": accuracy.P_s_percent / 100,
-        "T_in": accuracy.T_in_K,
-    }
+        limits["b"] = B_UNKNOWN if valve.b is None else known.b
+    limits["exhaust"] = log1p(known.exhaust)
+    dead = DEAD_VOLUME_UNKNOWN if section.dead_volume_m3 is None else log1p(DEAD_VOLUME)
+    of_A = section.uncertainty("dead_volume_m3", relative=True)
+    of_B = section.uncertainty("dead_volume_B_m3", relative=True)
+    limits["V_d_A"] = dead if of_A is None else log1p(of_A)
+    limits["V_d_B"] = limits["V_d_A"] if of_B is None else log1p(of_B)
+    walls = [e for e in configuration.experiments.values() if e.cylinder == cylinder]
+    limits["k_0"] = max((_wall_limit(e, section) for e in walls), default=log(K_0_FACTOR))
+    limits |= {"P_s": log1p(known.P_s), "T_in": known.T_in}
+    return {name: limit for name, limit in limits.items() if limit > 0}
+
+
+def _wall_limit(experiment: ExperimentSection, section: CylinderSection) -> float:
+    """Half-width of the 95 % interval of the logarithm of an experiment's k_0."""
+    if experiment.k_0_W_per_K == "catalogue":
+        return log(conductance_factor(section.bore_mm * 1e-3))
+    key = "lambda_0_W_per_m2K" if experiment.k_0_W_per_K is None else "k_0_W_per_K"
+    given = experiment.uncertainty(key, relative=True)
+    return log(K_0_FACTOR) if given is None else log1p(given)
 
 
 def _slope_of_flow(section: CylinderSection) -> float:

@@ -7,6 +7,7 @@ import pandas as pd
 import yaml
 
 from pneumo.configuration.experiment import Plant
+from pneumo.configuration.parameters import sonic_conductance
 from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import QUANTITIES as UNCERTAIN
 from pneumo.configuration.uncertain import SIGMAS, Uncertain, uncertainties
@@ -155,7 +156,7 @@ def _put_values(
                     curve[column] = [_rounded(scale * C) for C in curve[column]]
                 note = f"conductances of the curve times {_text(interval.scaled(1 / plant.valve.k_xu))}"
             else:
-                interval = interval.scaled(section["valve"][key] / plant.valve.k_xu)
+                interval = interval.scaled(sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu)
                 note = f"C = {_text(interval)} dm3/(s bar) at u_max_V"
         notes.append(note)
         # No valve acts before its command: less than a sample is the clock's.

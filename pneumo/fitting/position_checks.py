@@ -119,7 +119,7 @@ def dead_volume_notes(record: Measurement, plant: Plant, known: Accuracy) -> lis
     return [
         "a wrong zero or scale of x, or stroke, would not show: no dead volumes are configured, and the"
         f" piston does not rest on both stops; 1 mm of zero moves {each}, and intervals allow for"
-        f" {MM * known.x_zero:g} mm and {100 * known.x_scale:g} % of scale (section accuracy)"
+        f" {MM * known.x_zero:g} mm and {100 * known.x_scale:g} % of scale (section sensors)"
     ]
 
 

@@ -20,8 +20,8 @@ from pneumo.statistics.error_budget import FULL_ORDER, Budget, Row
 from pneumo.statistics.intervals import UNKNOWN, Interval, paired_ratio
 from pneumo.statistics.ranking import MATERIAL, Ranking, cost, rank_models
 
-# Beside `cost` of the models: it needs k_0, but no power; a step costs less than one of M5 to M10.
-FULL_ORDER_COST = (1, 0, 0, 1)
+# Beside `cost` of the models: no power, so that a step costs less than one of M5 to M10 (`step_cost`).
+FULL_ORDER_COST = (0, 4, 0, 1)
 UNKNOWN_FILE = "CONFIGURATION.yaml"  # in a command, where the name is not known
 
 
@@ -124,12 +124,12 @@ def named(row: Row) -> str:
 
 
 def row_cost(row: Row) -> tuple[int, ...]:
-    """Cost of a row as a sort key: first the k_0 to be measured, then powers and terms to be computed."""
+    """Cost of a row as a sort key."""
     return model_cost(row.model)
 
 
 def model_cost(name: str) -> tuple[int, ...]:
-    """Cost of a model, or of the full order, as a sort key."""
+    """Cost of a step of a model, or of the full order, as a sort key."""
     if name == FULL_ORDER:
         return (*FULL_ORDER_COST, 0)
     return (*cost(MODELS[name]), list(MODELS).index(name))

@@ -6,6 +6,7 @@ configured seed, so that its cells equal those of `results/exact`.
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -19,18 +20,19 @@ from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.simulation.full_order import record, thermal_time_constant
 from pneumo.simulation.replay import full_order_mse, replay
 from pneumo.statistics.averages import best_n
-from pneumo.statistics.error_budget import FULL_ORDER
+from pneumo.statistics.error_budget import FULL_ORDER, NOTHING
 from pneumo.storage.files import attributes, write
 from pneumo.storage.grid_layout import replayed_grid, same_at_every_n
 from pneumo.storage.layout import CHAMBERS, run_outcome
 
 TITLE = "Reduced models on repeated runs"
-DRAWS, KNOWN_DRAWS = 64, 32  # cylinders drawn in all, and again with each group of quantities known
-SHORTEST = 2.0  # s, of a drawn cylinder's run
+DRAWS, PART_DRAWS = 64, 8  # cylinders drawn in all, and again for the part of each group
+SHORTEST, DRAWN_STEP = 2.0, 4e-3  # s, of a drawn cylinder's run
 POINTS_SEED = 2006  # of the scrambled points
 ROWS = (*MODELS, FULL_ORDER)
 LABELS = ("experiment", "cylinder", "loop", "k_0", "seed")
 LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's rule
+DRAWN_RUN = 5.0  # the same of each of many drawn cylinders
 TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experiment's stride
 
 
@@ -77,16 +79,28 @@ def simulated_time(study: Study, uncertain: Mapping[str, Uncertain] | None = Non
         total += e.duration * len(seeds_of(e, study.seeds))
         if uncertain:
             groups = len(uncertain[e.cylinder].groups)
-            total += shortened(e).duration * (DRAWS + groups * KNOWN_DRAWS)
+            total += shortened(e).duration * (DRAWS + (2 * groups + 1) * PART_DRAWS)
     return total
 
 
 def shortened(experiment: Experiment) -> Experiment:
-    """Run of a drawn cylinder: ten thermal time constants long if its signal is random."""
-    if not experiment.excitation.random:
-        return experiment
-    enough = max(LONG_RUN * thermal_time_constant(experiment.plant), SHORTEST)
-    return experiment._replace(steps=int(min(experiment.steps, enough / experiment.h)))
+    """Run of a drawn cylinder with a random signal: five thermal time constants, in steps of up to 4 ms.
+
+    Steps that are not accurate are halved; without halvings the step remains.
+    """
+    e = experiment
+    if not e.excitation.random:
+        return e
+    enough = max(DRAWN_RUN * thermal_time_constant(e.plant), SHORTEST)
+    every = (
+        min(e.excitation.every, ceil(e.excitation.every * e.h / DRAWN_STEP))
+        if e.most_halvings
+        else e.excitation.every
+    )
+    h = e.h * e.excitation.every / every
+    return e._replace(
+        h=h, steps=int(min(e.duration, enough) / h), excitation=e.excitation._replace(every=every)
+    )
 
 
 def drawn_deviations(uncertain: Uncertain, count: int) -> np.ndarray:
@@ -152,8 +166,9 @@ def drawn_errors(
     """Errors of all models on cylinders drawn from what is not known about one, each with its own seed.
 
     `rows` are the models, each at one n. Returns, in Pa^2, by (experiment, draw, row, chamber) `mse_drawn` of
-    these and of the full order; if `draws` is `DRAWS`, by (group, experiment, known_draw, row, chamber)
-    `mse_known`, where the quantities of one group are as configured; NaN for a group that is known.
+    these and of the full order; if `draws` is `DRAWS`, by (group, experiment, part_draw, row, chamber)
+    `mse_alone`, where only the quantities of one group deviate or, in the group `NOTHING`, none, and
+    `mse_others`, where all but this group do; NaN for a group that is known.
     """
     deviations = drawn_deviations(uncertain, draws)
 
@@ -182,12 +197,17 @@ def drawn_errors(
         {"chamber": CHAMBERS, "row": list(ROWS)},
     )
     if draws == DRAWS:
-        known = np.full((len(GROUPS), len(experiments), KNOWN_DRAWS, len(ROWS), 2), np.nan)
+        all_off = deviations[:PART_DRAWS]
+        alone = np.full((len(GROUPS) + 1, len(experiments), PART_DRAWS, len(ROWS), 2), np.nan)
+        others = alone.copy()
         for group in uncertain.groups:
-            known[GROUPS.index(group)] = errors(uncertain.known(group, deviations[:KNOWN_DRAWS]))
-        about = about | {"long_name": "the same if the quantities of one group are known"}
-        cells["mse_known"] = (("group", "experiment", "known_draw", "row", "chamber"), known, about)
-        cells = cells.assign_coords(group=list(GROUPS))
+            off = uncertain.alone(group, all_off)
+            alone[GROUPS.index(group)], others[GROUPS.index(group)] = errors(off), errors(all_off - off)
+        alone[-1] = errors(0 * all_off)
+        for name, mse, words in (("mse_alone", alone, "only"), ("mse_others", others, "all but")):
+            about = about | {"long_name": f"the same if {words} the quantities of one group are off"}
+            cells[name] = (("group", "experiment", "part_draw", "row", "chamber"), mse, about)
+        cells = cells.assign_coords(group=[*GROUPS, NOTHING])
     return cells
 
 

@@ -23,7 +23,6 @@ from pneumo.selection.answer import Answer, answers
 from pneumo.selection.cylinder_ranking import one_run, run_study
 from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.intervals import UNKNOWN, Interval
-from pneumo.statistics.model_pairs import REFINEMENT_STEPS
 from pneumo.storage.files import read
 from pneumo.storage.layout import described
 
@@ -52,14 +51,11 @@ ABOUT = {  # unit, long name
     "best_n": ("1", "polytropic index with the lowest error; NaN where it plays no role"),
     "best_mse": ("Pa2", "mean square error at that n, both chambers"),
     "over_best": ("1", "that error over the best model's, geometric mean over paired runs"),
-    "geometric_place": ("1", "rank by the geometric mean over all runs"),
-    "wins": ("1", "runs of an experiment in which the model is the best"),
     "failed": ("1", "runs of an experiment without an error at that n"),
-    "gain": ("percent", "reduction of the mean square error by a refinement"),
 }
 ABOUT |= {
     f"{name}_{end}": (ABOUT[name][0], f"{words} end of the 95 % interval of {name}")
-    for name in ("best_mse", "over_best", "gain")
+    for name in ("best_mse", "over_best")
     for end, words in (("low", "lower"), ("high", "upper"))
 }
 INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0", "limits")  # of the index
@@ -81,13 +77,12 @@ def _ends(name: str, dim: str, intervals: Sequence[Interval]) -> dict[str, Any]:
 
 
 def answer_dataset(answer: Answer) -> xr.Dataset:
-    """Answer for one cylinder, with its ranking by model and gains by refinement; `ABOUT` has the units."""
+    """Answer for one cylinder, with its ranking by model; `ABOUT` has the units."""
     ranking = answer.ranking
     by_model = {row.model: row for row in ranking.rows}
     expected = {row.model: row for row in ranking.budget.rows} if ranking.budget else {}
     full_order = expected.get(FULL_ORDER)
     rows = [by_model.get(name) for name in MODELS]
-    gains = [gain.percent for gain in ranking.gains] or [UNKNOWN] * len(REFINEMENT_STEPS)
     variables: dict[str, Any] = {
         "recommended": ((), answer.chosen),
         "as_good": ((), ", ".join(answer.as_good)),
@@ -100,12 +95,10 @@ def answer_dataset(answer: Answer) -> xr.Dataset:
         "best_n": ("model", [row.n if row else np.nan for row in rows]),
         **_ends("best_mse", "model", [row.mse if row else UNKNOWN for row in rows]),
         **_ends("over_best", "model", [row.over_best if row else UNKNOWN for row in rows]),
-        **_ends("gain", "refinement", gains),
     }
-    for name in ("place", "geometric_place", "wins", "failed"):
+    for name in ("place", "failed"):
         variables[name] = ("model", np.array([getattr(row, name) if row else 0 for row in rows], np.int32))
-    steps = [f"{without} to {refined}" for refined, without, _ in REFINEMENT_STEPS]
-    return xr.Dataset(variables, {"model": list(MODELS), "refinement": steps})
+    return xr.Dataset(variables, {"model": list(MODELS)})
 
 
 def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
@@ -201,7 +194,7 @@ def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
         raise ResultError(f"{file}: does not belong to {folder / INDEX}; `snakemake -j2` makes both again")
     cells = block.sel(cylinder=cylinder)
     study = from_json(cells["parameters"].item())
-    cells = cells.drop_vars([*ABOUT, "parameters", "refinement", "cylinder"])
+    cells = cells.drop_vars([*ABOUT, "parameters", "cylinder"])
     traces = [_traces(one_run(e, study.n, traced=True)) for e in study.experiments.values()]
     cells = _exact(cells).merge(xr.concat(traces, "experiment", coords="minimal", compat="override"))
     return study, cells.assign_coords(cylinder=("experiment", [cylinder] * len(traces)))

@@ -2,8 +2,9 @@
 
 A model and its n are chosen once, with the configured plant. The cylinder is drawn from the distribution of
 what is not known (`pneumo.configuration.uncertain`); errors are root mean squares over both chambers and all
-experiments. A part is what the mean square error loses when a group of quantities is known; parts of
-correlated quantities overlap, so that their squares need not add up.
+experiments. A part is what the mean square error loses when a group of quantities is known. It follows from
+cylinders in which only that group is off, and from others in which only the rest is: their sum lacks the
+products of both, whose mean is 0, so that few draws suffice. Parts of correlated quantities overlap.
 """
 
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ import xarray as xr
 from pneumo.physics.models import MODELS
 
 FULL_ORDER = "full order"  # name of its row
+NOTHING = "nothing"  # group of the draws in which everything is as configured
 TAILS = 0.025, 0.975  # of the interval
 
 
@@ -62,32 +64,35 @@ def error_budget(cells: xr.Dataset, best: Mapping[str, float]) -> Budget | None:
     over = ("experiment", "chamber")
     drawn = cells["mse_drawn"].mean(over, skipna=False)
     configured = cells["mse"].mean((*over, "run"), skipna=False)
-    known = cells["mse_known"].mean(over, skipna=False) if "mse_known" in cells else None
-    if known is not None:  # a group that is known exactly has no cells
-        known = known.sel(group=known.notnull().any(("known_draw", "row")))
-    rows = [_row(FULL_ORDER, np.nan, 0.0, drawn, known)]
+    parts = None
+    if "mse_alone" in cells:
+        parts = cells[["mse_alone", "mse_others"]].mean((*over, "part_draw"), skipna=False)
+        least = parts["mse_alone"].sel(group=NOTHING)
+        others = parts["mse_others"]
+        parts = others / (others + (parts["mse_alone"] - least).clip(min=0))
+        parts = parts.dropna("group", how="all")  # a group that is known exactly has no cells
+    rows = [_row(FULL_ORDER, np.nan, 0.0, drawn, parts)]
     for name, model in MODELS.items():
         own = float(configured.sel(model=name, n=best[name])) ** 0.5
-        rows.append(_row(name, best[name] if model.has_n else np.nan, own, drawn, known))
+        rows.append(_row(name, best[name] if model.has_n else np.nan, own, drawn, parts))
     rows.sort(key=lambda row: row.rms)
     on_record = zip(cells["row"].values.tolist(), cells["measured"][0].values.tolist(), strict=True)
     measured = {name: error for name, error in on_record if np.isfinite(error)}
     budget = Budget(tuple(rows), (), measured)
-    groups: list[str] = [] if known is None else known["group"].values.tolist()
+    groups: list[str] = [] if parts is None else parts["group"].values.tolist()
     return budget._replace(groups=tuple(sorted(groups, key=budget.lowest_if_known)))
 
 
-def _row(name: str, n: float, own: float, drawn: xr.DataArray, known: xr.DataArray | None) -> Row:
+def _row(name: str, n: float, own: float, drawn: xr.DataArray, left: xr.DataArray | None) -> Row:
     mse = drawn.sel(row=name).values
     mean = float(mse.mean())
     if not np.isfinite(mean):
         return Row(name, n, np.inf, np.nan, np.nan, own, mse=mse)
-    low, high = np.quantile(mse, TAILS) ** 0.5
+    low, high = np.quantile(mse, TAILS, method="weibull") ** 0.5  # holds a further draw with 95 %
     groups: dict[str, float] = {}
-    if known is not None:
-        of_row = known.sel(row=name).transpose("group", "known_draw")
-        for group, values in zip(of_row["group"].values.tolist(), of_row.values, strict=True):
-            # These draws are the first of all: the ratio of the two means is paired.
-            before = float(mse[: len(values)].mean())
-            groups[group] = (mean * min(float(values.mean()) / before, 1.0)) ** 0.5 if before > 0 else 0.0
+    if left is not None:  # fraction of the mean square error that is left
+        of_row = left.sel(row=name)
+        groups = dict(
+            zip(left["group"].values.tolist(), ((mean * of_row.values) ** 0.5).tolist(), strict=True)
+        )
     return Row(name, n, mean**0.5, float(low), float(high), own, groups, mse)

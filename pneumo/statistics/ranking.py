@@ -1,4 +1,4 @@
-"""The models ranked over repeated runs of a study, and the gain of each refinement.
+"""The models ranked over repeated runs of a study.
 
 The criterion is the mean square error, averaged over both chambers, the experiments and the runs, of each
 model at the one n of its lowest error. Intervals are over runs with different seeds; two models are
@@ -15,7 +15,6 @@ from pneumo.physics.models import MODELS, Model
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.error_budget import Budget, error_budget
 from pneumo.statistics.intervals import Interval, paired_ratio, student_interval
-from pneumo.statistics.model_pairs import REFINEMENT_STEPS
 
 MATERIAL = 0.10  # a mean square error at most this fraction above the lowest is as good in practice
 
@@ -29,18 +28,7 @@ class RankedModel(NamedTuple):
     mse: Interval  # mean square error, Pa^2
     rms: tuple[float, float]  # root mean square error of chambers A and B, Pa
     over_best: Interval  # its mean square error over the best model's: geometric mean over paired runs
-    geometric_place: int  # by the geometric mean over all runs, in which no run dominates
-    wins: int  # runs of an experiment in which it is best
     failed: int  # runs of an experiment in which it has no error at its n
-
-
-class Gain(NamedTuple):
-    """Reduction of the mean square error by a refinement, per cent; negative where the error grows."""
-
-    refinement: str
-    without: str
-    refined: str
-    percent: Interval
 
 
 class Ranking(NamedTuple):
@@ -51,7 +39,6 @@ class Ranking(NamedTuple):
     runs: int  # per experiment, that succeeded
     left_out: tuple[str, ...]  # full-order runs that failed
     rows: tuple[RankedModel, ...] = ()  # best first; empty if no full-order run succeeded
-    gains: tuple[Gain, ...] = ()
     budget: Budget | None = None  # None if no cylinder was drawn
     by_experiment: Mapping[str, Mapping[str, float]] = {}  # RMS error, Pa, of each model at its n
 
@@ -61,12 +48,9 @@ class Ranking(NamedTuple):
 
 
 def cost(model: Model) -> tuple[int, int, int, int]:
-    """Sort key that puts simpler models first: by wall heat, then polytropic temperature, n and mixing.
-
-    Wall heat comes first since its k_0 must be measured.
-    """
+    """Sort key that puts simpler models first: by polytropic temperature, then wall heat, n and mixing."""
     wall = ("none", "k_0", "lambda_0 A_q", "lambda A_q").index(model.wall)
-    return wall, int(model.temperature == "polytropic"), int(model.has_n), int(model.mixing)
+    return int(model.temperature == "polytropic"), wall, int(model.has_n), int(model.mixing)
 
 
 def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
@@ -86,11 +70,6 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
     at_best = {name: mse.sel(model=name, n=cell_n[name]) for name in MODELS}  # (experiment, run) each
     by_run = {name: value.mean("experiment", skipna=False).values for name, value in at_best.items()}
     rows = _rows(cells, cell_n, at_best, by_run)
-    gains: list[Gain] = []
-    for refined, without, refinement in REFINEMENT_STEPS:
-        ratio = paired_ratio(by_run[refined], by_run[without])
-        percent = Interval(*(100 * (1 - value) for value in (ratio.value, ratio.high, ratio.low)))
-        gains.append(Gain(refinement, without, refined, percent))
     by_experiment = {
         name: {model: float(value.sel(experiment=name).mean() ** 0.5) for model, value in at_best.items()}
         for name in names
@@ -101,7 +80,6 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
         runs=runs,
         left_out=failed_runs,
         rows=rows,
-        gains=tuple(gains),
         budget=error_budget(cells, cell_n),
         by_experiment=by_experiment,
     )
@@ -136,17 +114,14 @@ def _rows(
     `by_run` its mean over experiments.
     """
     place = _places({name: float(np.mean(value)) for name, value in by_run.items()})
-    geometric = _places({name: float(np.log(value.values).mean()) for name, value in at_best.items()})
-    stacked = np.stack([value.values for value in at_best.values()])
-    winner = np.where(np.isfinite(stacked), stacked, np.inf).argmin(axis=0)
     best = min(place, key=lambda name: place[name])
     rows: list[RankedModel] = []
-    for i, (name, model) in enumerate(MODELS.items()):
+    for name, model in MODELS.items():
         of_model = cells["mse"].sel(model=name, n=cell_n[name])
         A, B = of_model.mean(("experiment", "run"), skipna=False).values ** 0.5
         error, over_best = student_interval(by_run[name]), paired_ratio(by_run[name], by_run[best])
         n = cell_n[name] if model.has_n and np.isfinite(error.value) else np.nan
-        wins, failed = int((winner == i).sum()), int(np.isnan(stacked[i]).sum())
+        failed = int(np.isnan(at_best[name].values).sum())
         rms = float(A), float(B)
         rows.append(
             RankedModel(
@@ -156,8 +131,6 @@ def _rows(
                 mse=error,
                 rms=rms,
                 over_best=over_best,
-                geometric_place=geometric[name],
-                wins=wins,
                 failed=failed,
             )
         )

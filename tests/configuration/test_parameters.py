@@ -15,7 +15,7 @@ from pneumo import testing as some
 from pneumo.catalogue import default_conductance
 from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation
-from pneumo.configuration.parameters import load, plant_of, sonic_conductance, study, validated
+from pneumo.configuration.parameters import accuracy, load, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema_parts import merged
 from pneumo.configuration.study_json import from_json, to_json
@@ -128,7 +128,7 @@ def test_figures_of_catalogues_give_the_conductance_with_its_accuracy(key, value
     plant = on_own_cylinder(**section).plant
     assert sonic_conductance(plant.valve, plant.gas) == pytest.approx(C, rel=2e-3)
     configuration = validated(merged(BASE, {"cylinders": {"own": OWN | section}}), ())
-    assert uncertainties(configuration)["own"].half_width("C") >= np.hypot(within, 0.1) * (1 - 1e-9)
+    assert uncertainties(configuration)["own"].half_width("C") >= np.log1p(np.hypot(within, 0.1)) * (1 - 1e-9)
     (note,) = conversion_notes(configuration)
     assert note.startswith(f"own: {key} = {value:g} is C = ")
     section["valve"].pop("b")  # 0.3 then
@@ -314,16 +314,46 @@ def test_readme_of_the_configuration_is_that_of_the_schema_and_names_every_key()
     assert [key for key in keys(BASE) if key not in names and f"| `{key}` |" not in readme] == []
 
 
-def test_a_factor_of_k_0_is_in_the_hash_where_it_is_given(tmp_path):
+def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
     override = tmp_path / "mine.yaml"
-    override.write_text("cylinders: {mine: {k_0_factor: 1.3}}\n")
-    before, after = (study(load(TEMPLATE, *files)).config_sha256 for files in ((), (override,)))
-    assert before != after
-    # Where it is not given it is not in the hash: older results keep theirs.
-    assert all("k_0_factor" not in section for section in load(PAPER).model_dump()["cylinders"].values())
-    override.write_text("cylinders: {mine: {k_0_factor: 0.9}}\n")
-    with pytest.raises(ConfigurationError, match=r"k_0_factor = 0.9: must be a number at least 1"):
-        load(TEMPLATE, override)
+    override.write_text(
+        "cylinders: {mine: {valve: {b: 0.3 ± 0.05}, stroke_mm: 160 +- 0.2}}\n", encoding="utf-8"
+    )
+    before, after = (load(TEMPLATE, *files) for files in ((), (override,)))
+    assert study(before).config_sha256 != study(after).config_sha256
+    plants = [study(c).experiments["open"].plant for c in (before, after)]
+    assert plants[0] == plants[1]
+    again = validated(after.model_dump(exclude_unset=True), ())
+    assert again.model_dump() == after.model_dump() and accuracy(again) == accuracy(after)
+    assert (accuracy(again).b, accuracy(again).stroke) == pytest.approx((0.05, 2e-4))
+
+
+@pytest.mark.parametrize(
+    ("override", "line"),
+    [
+        ("accuracy: {b: 0.1}", "accuracy = {'b': 0.1}: no longer a key: write b: 0.3 ± 0.1"),
+        (
+            "cylinders: {mine: {k_0_factor: 3}}",
+            "k_0_factor = 3: no longer a key: write it in the experiments",
+        ),
+        ("cylinders: {mine: {valve_within_percent: 3}}", "no longer a key: write it in the valve's own key"),
+        ("cylinders: {mine: {mass_kg: 3 ± 1}}", "mass_kg = '3 ± 1': must be a number"),
+        (
+            "cylinders: {mine: {bore_mm: 25 ± -1}}",
+            "bore_mm = '25 ± -1': the uncertainty must be 0 to 10000 %",
+        ),
+        (
+            "cylinders: {mine: {bore_mm: 2500 ± 1}}",
+            "bore_mm = 2500.0: must be a number greater than 0 and at",
+        ),
+    ],
+)
+def test_an_uncertainty_that_cannot_be_is_refused(tmp_path, override, line):
+    file = tmp_path / "mine.yaml"
+    file.write_text(override, encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=r"mine\.yaml") as error:
+        load(TEMPLATE, file)
+    assert line in str(error.value)
 
 
 @pytest.mark.parametrize(

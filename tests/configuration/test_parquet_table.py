@@ -1,6 +1,5 @@
 """Tables of cylinders in Parquet files: the same study as from CSV, the same messages, a bounded size."""
 
-import datetime
 import sys
 from decimal import Decimal
 from pathlib import Path
@@ -59,33 +58,6 @@ def refusal():
 def test_the_same_fleet_is_the_same_study(written, columns):
     written(**columns)
     assert study(load("parquet.yaml")) == study(load("fleet.yaml"))
-
-
-@pytest.mark.parametrize("name", ["fleet[1]*.parquet", "FLEET.PARQUET", "k=1/fleet.parquet"])
-def test_a_path_is_a_path_and_no_pattern(written, name):
-    Path("k=1").mkdir()
-    written(name)
-    assert list(load("parquet.yaml").cylinders) == ["first", "second"]
-
-
-@pytest.mark.parametrize(
-    ("columns", "words"),
-    [
-        ({"bore_mm": [40.0, -1.0]}, "row 3, column bore_mm = -1: must be"),
-        ({"bore_mm": [40.0, None]}, "row 3, column bore_mm: missing; must be"),
-        ({"bore_mm": True}, "row 2, column bore_mm = 'true': must be a number"),
-        ({"bore_mm": datetime.date(2026, 1, 1)}, "column bore_mm = '2026-01-01': must be a number"),
-        ({"bore_mm": [[25.0], [25.0]]}, "fleet.parquet': cannot be read: Unsupported cast from list"),
-        ({"seed": [1.5, 2.5]}, "row 2, column seed = 1.5: must be"),
-        ({"name": [160, 80]}, "row 2, column name = '160': the name must be text of at most 40 letters"),
-        ({"bore_cm": 4}, "row 1, column 'bore_cm': unknown; columns are keys of a cylinder: name, bore_mm"),
-        ({"valve": [{"b": 0.3}] * 2}, "row 1, column 'valve': unknown"),
-    ],
-)
-def test_a_mistake_is_one_line_with_row_and_column(written, columns, words):
-    written(**columns)
-    assert "fleet.parquet" in refusal()
-    assert words in refusal()
 
 
 def test_a_file_that_cannot_be_read(written):

@@ -147,8 +147,8 @@ def test_a_position_that_nothing_shows_is_known_to_5_mm_unless_stated(tmp_path):
     shown, hidden = accuracy(), accuracy(position_shown=False)
     assert (shown.x_zero, shown.x_scale) == pytest.approx((5e-4, 1e-3))
     assert hidden == shown._replace(x_zero=5e-3)
-    file = tmp_path / "accuracy.yaml"
-    file.write_text("accuracy: {x_zero_mm: 0.2, x_scale_percent: 0.3}\n", encoding="utf-8")
+    file = tmp_path / "sensors.yaml"
+    file.write_text("sensors: {x_zero_mm: 0.2, x_scale_percent: 0.3}\n", encoding="utf-8")
     stating = load(TEMPLATE, file)
     for known in (accuracy(stating), accuracy(stating, position_shown=False)):
         assert (known.x_zero, known.x_scale) == pytest.approx((2e-4, 3e-3))

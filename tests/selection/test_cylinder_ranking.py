@@ -4,7 +4,6 @@ import re
 from math import pi
 from pathlib import Path
 
-import numpy as np
 import pytest
 import xarray as xr
 import yaml
@@ -18,7 +17,6 @@ from pneumo.publish.pages.study_page import MARK, check_folder, save_study
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import TITLE, joined, run_study, selected, simulated_time
 from pneumo.selection.cylinder_template import TEMPLATE, write_template
-from pneumo.simulation.full_order import record
 from pneumo.storage.files import write
 
 pytestmark = pytest.mark.xdist_group("own study")  # its fixtures take seconds
@@ -123,12 +121,6 @@ def test_files_of_a_study_and_of_cylinders_together(short, cells, tmp_path):
     both = joined([cells, other.isel(run=[0])])
     assert both.sizes["experiment"] == 4 and both.sizes["run"] == 2
     assert [answer.ranking.cylinder for answer in answers(both)] == ["mine", "other"]
-
-
-def test_the_swing_of_a_run_is_the_standard_deviation_of_its_pressures(short, cells):
-    states = record(short.experiments["open"]).states
-    swing = np.mean([np.std(states[:, i]) ** 2 for i in (2, 4)]) ** 0.5
-    assert cells["swing"].sel(experiment="open").values[0] == pytest.approx(swing)
 
 
 def test_foreign_files_stay(tmp_path, cells):

@@ -177,24 +177,6 @@ def test_what_failed_has_no_best_n_no_constant_n_and_no_average_and_leaves_the_r
     assert (table["experiments"] == [16, 8, 8, 8]).all()
 
 
-def test_levels_of_the_study_take_eight_experiments_each(grid):
-    table = statistics(grid, LEVELS)
-    counts = {OVERALL: 16, "adiabatic": 8, "typical": 8, "isothermal": 8}
-    assert table["experiments"].to_series().to_dict() == counts
-    # Model by model, adiabatic and isothermal make up the sixteen; at its best n each is lower.
-    halves = table["mse"].sel(level=["adiabatic", "isothermal"]).mean("level")
-    assert (halves >= table["mse"].sel(level=OVERALL) * (1 - 8 * EPS)).all()
-    assert dict(table["mse"].sizes) == {"level": 4, "model": 10}
-    assert dict(table["best_n"].sizes) == {"experiment": 16, "model": 10}
-    # Units are those of what is stored, not of what it came from.
-    # The notation list gives the rest; a percentile or an n must not inherit "mean square" and Pa2.
-    table = statistics(grid, LEVELS)
-    for name in ("mean_error", "std", "mse", "p10", "p90", "best_n"):
-        assert table[name].attrs == {}
-    assert table["constant_n"].attrs["units"] == "1" and "n of" in table["constant_n"].attrs["long_name"]
-    assert table["experiments"].attrs["units"] == "1"
-
-
 def test_a_level_of_one_experiment_has_no_deviation_and_a_level_of_none_has_nothing():
     errors = random_errors(3, experiments=2)
     with warnings.catch_warnings():

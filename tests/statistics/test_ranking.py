@@ -1,4 +1,4 @@
-"""Ranking, intervals and gains, on cells whose answer is known beforehand."""
+"""Ranking and intervals, on cells whose answer is known beforehand."""
 
 import numpy as np
 import pytest
@@ -38,26 +38,16 @@ def test_the_best_n_is_that_of_all_runs_and_experiments_together():
     assert ranking.row("M6").n == 1.4
 
 
-def test_paired_comparison_is_sharper_than_two_intervals_and_gains_are_per_cent():
+def test_paired_comparison_is_sharper_than_two_intervals():
     ranking = rank_models(made(noise=0.3, runs=6, level=LEVEL | {"M9": 2.0, "M10": 2.4}), "mine")
     first, second = ranking.rows[:2]
     assert first.model == "M9" and second.model == "M10"
     assert second.mse.low < first.mse.high  # one by one they overlap,
     assert second.over_best.low > 1  # run by run they don't
     assert second.over_best.value == pytest.approx(1.2, rel=0.05)
-    gains = {
-        (gain.without, gain.refined): gain.percent for gain in rank_models(made(noise=1e-6), "mine").gains
-    }
-    assert gains["M2", "M5"].value == pytest.approx(75)
-    assert gains["M7", "M8"].value == pytest.approx(50)
-    assert gains["M8", "M9"].value == pytest.approx(100 / 6, rel=1e-3)
-    assert all(gain.low <= gain.value <= gain.high for gain in gains.values())
-    worse = rank_models(made(LEVEL | {"M8": 12}, noise=1e-6), "mine").gains
-    (loss,) = [gain.percent.value for gain in worse if (gain.without, gain.refined) == ("M7", "M8")]
-    assert loss == pytest.approx(-100)
 
 
-def test_k_0_costs_most():
+def test_the_arithmetic_of_a_step_is_the_cost():
     order = sorted(MODELS, key=lambda name: cost(MODELS[name]))
     assert order.index("M6") < order.index("M7") < order.index("M8") < order.index("M9") < order.index("M10")
     assert cost(MODELS["M2"]) < cost(MODELS["M5"]) < cost(MODELS["M6"])
@@ -67,7 +57,7 @@ def test_one_run_has_no_error_bars():
     cells = made(runs=3)
     cells["random"][:] = 0
     ranking = rank_models(cells, "mine")
-    assert ranking.runs == 1 and not ranking.rows[0].mse.known and not ranking.gains[0].percent.known
+    assert ranking.runs == 1 and not ranking.rows[0].mse.known
 
 
 def test_failed_full_order_run_is_left_out_and_told():
@@ -98,7 +88,7 @@ def test_failed_model_comes_last_and_an_n_that_failed_is_not_taken():
     assert rank_models(cells, "mine").rows[-1].model == "M10"  # in one experiment of two
 
 
-def test_cylinders_are_ranked_apart_and_wins_are_counted():
+def test_cylinders_are_ranked_apart():
     cells = made(experiments=("X", "Y"))
     cells = cells.assign_coords(cylinder=("experiment", ["mine", "other"]))
     cells["mse"].loc[{"experiment": "Y", "model": "M1"}] = 1.0
@@ -109,8 +99,7 @@ def test_cylinders_are_ranked_apart_and_wins_are_counted():
     cells = made(experiments=("X", "Y"), noise=1e-6)
     cells["mse"].loc[{"experiment": "Y", "model": "M1"}] = 1.0
     ranking = rank_models(cells, "mine")
-    assert ranking.rows[0].model == "M10" and ranking.row("M1").wins == 4
-    assert sum(row.wins for row in ranking.rows) == 8  # runs
+    assert ranking.rows[0].model == "M10"
     assert ranking.by_experiment["Y"]["M1"] == pytest.approx(1.0)
 
 

@@ -17,7 +17,6 @@ from paper.study.paper_2006.numbers_of_tables import TABLES
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.results import StudyResults
 from pneumo.simulation.signals import STUDY_SAMPLINGS
-from pneumo.statistics.model_pairs import MODEL_PAIRS, REFINEMENT_PAIRS
 from pneumo.verdict.judging import Item, Sources, six_digits
 
 TABLE_NAMES = {
@@ -30,6 +29,7 @@ TABLE_NAMES = {
 EXPERIMENTS = [f"E{number:02d}" for number in range(1, 17)]
 LEVELS = ("adiabatic", "typical", "isothermal")
 ORIGINS = ("printed", *STUDY_SAMPLINGS)
+REFINEMENT_PAIRS = ("M6", "M5"), ("M8", "M7"), ("M10", "M8")
 
 
 def highlights(sources: Sources, items: Sequence[Item]) -> dict[str, Any]:
@@ -118,8 +118,8 @@ def transport(sources: Sources) -> list[dict[str, Any]]:
         values = {model: float(mse.sel(model=model)) for model in list(PAPER_MODELS)[4:]}
         rounded = {model: six_digits(value) for model, value in values.items()}
         quotients = {
-            pair: six_digits(values[MODEL_PAIRS[pair].model] / values[MODEL_PAIRS[pair].other])
-            for pair in REFINEMENT_PAIRS
+            f"{model}/{other}": six_digits(values[model] / values[other])
+            for model, other in REFINEMENT_PAIRS
         }
         rows.append({"level": level, "source": name, "mse": rounded, "quotients": quotients})
     return rows

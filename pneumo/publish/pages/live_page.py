@@ -28,7 +28,15 @@ from pneumo.errors import InputError
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.selection.answer import model_cost
-from pneumo.selection.cylinder_ranking import DRAWS, LONG_RUN, ROWS, SHORTEST, drawn_deviations, seeds_of
+from pneumo.selection.cylinder_ranking import (
+    DRAWN_RUN,
+    DRAWN_STEP,
+    DRAWS,
+    ROWS,
+    SHORTEST,
+    drawn_deviations,
+    seeds_of,
+)
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.simulation.excitation import initial_state
 from pneumo.simulation.polynomials import flow_polynomial
@@ -84,13 +92,14 @@ def numbers_of(plant: Plant) -> dict[str, float]:
 def _template() -> str:
     """The template of `pneumo init`, in which {{key}} marks the values that the page fills in."""
     text = TEMPLATE.read_text(encoding="utf-8").replace("C_dm3_per_sbar: 1.5", f"{FLOW}: 1", 1)
-    for key in ("P_s_Pa", "bore_mm", "stroke_mm", "rod_mm", "mass_kg", FLOW, "valve_within_percent"):
+    for key in ("P_s_Pa", "bore_mm", "stroke_mm", "rod_mm", "mass_kg", FLOW):
         text = re.sub(
             rf"^( *)(?:#~ )?{key}: [^ \n]+", rf"\1{key}: {{{{{key}}}}}", text, count=1, flags=re.MULTILINE
         )
     text = re.sub(r"amplitude_mm: [^ \n]+", "amplitude_mm: {{amplitude_mm}}", text)
-    accuracy = "accuracy:\n  b: {{b}}\n  exhaust_percent: {{exhaust_percent}}\n"
-    return re.sub(r"^#~ accuracy:\n(#~ .*\n)+", accuracy, text, count=1, flags=re.MULTILINE)
+    text = text.replace(f"{{{{{FLOW}}}}}", f"{{{{{FLOW}}}}} ± {{{{within}}}} %", 1)
+    text = re.sub(r"^( *b: [^ \n]+)", r"\1 ± {{b}}", text, count=1, flags=re.MULTILINE)
+    return re.sub(r"(exhaust_ratio: [^ \n]+)", r"\1 ± {{exhaust_percent}} %", text, count=1)
 
 
 def _layout() -> dict[str, Any]:
@@ -140,7 +149,8 @@ def _layout() -> dict[str, Any]:
         "limits": {name: uncertain.half_width(name) for name in uncertain.names},
         "sigmas": SIGMAS,
         "b": [LEAST_B, MOST_B],
-        "shortest": [LONG_RUN, SHORTEST],
+        "shortest": [DRAWN_RUN, SHORTEST],
+        "drawn_step": DRAWN_STEP,
         "tails": TAILS,
         "material": MATERIAL,
         "template": _template(),

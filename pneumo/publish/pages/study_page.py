@@ -16,7 +16,6 @@ from pneumo.publish.text.terminal_tables import (
     STUDY_HEADS,
     budget_cells,
     budget_heads,
-    gain_text,
     ranking_cells,
 )
 from pneumo.selection.answer import Answer, export_command
@@ -49,7 +48,6 @@ def study_page(study: Study, answers: Sequence[Answer], commands: Sequence[str] 
         causes=causes,
         heads=STUDY_HEADS,
         cells=ranking_cells,
-        gain=gain_text,
         budget_title=BUDGET_TITLE,
         budget_heads=budget_heads,
         budget_cells=budget_cells,

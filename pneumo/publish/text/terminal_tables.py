@@ -36,9 +36,7 @@ def _table(
 
 # --- pneumo study ----------------------------------------------------------------------------------
 
-STUDY_HEADS = (
-    *("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "geom.", "wins", "A (kPa)", "B (kPa)"),
-)
+STUDY_HEADS = (*("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "A (kPa)", "B (kPa)"),)
 BUDGET_TITLE = (
     "RMS error (kPa) on cylinders drawn from what is not known: expected, 95 % interval, and the parts"
     " that each unknown and the model itself cause"
@@ -48,7 +46,7 @@ BUDGET_TITLE = (
 def ranking_cells(row: RankedModel) -> list[str]:
     """Cells of a model's row, by `STUDY_HEADS`."""
     if not np.isfinite(row.mse.value):
-        return ["–", row.model, "–", "–", f"failed in {row.failed} runs", "–", "–", str(row.wins), "–", "–"]
+        return ["–", row.model, "–", "–", f"failed in {row.failed} runs", "–", "–", "–"]
     mse, _, high = (value / KILO**2 for value in row.mse)
     over = no_exponent(row.over_best.value)
     if row.place > 1 and row.over_best.known:
@@ -60,18 +58,8 @@ def ranking_cells(row: RankedModel) -> list[str]:
         no_exponent(mse**0.5),
         f"{no_exponent(mse)} ± {no_exponent(high - mse)}" if row.mse.known else no_exponent(mse),
         over,
-        str(row.geometric_place),
-        str(row.wins),
         *(no_exponent(value / KILO) for value in row.rms),
     ]
-
-
-def gain_text(percent: Interval) -> str:
-    """Write the reduction of the error by a refinement, in per cent, with its interval."""
-    if not np.isfinite(percent.value):
-        return "–"
-    interval = f" ({percent.low:.0f} to {percent.high:.0f})" if percent.known else ""
-    return f"{percent.value:.0f} %{interval}"
 
 
 def budget_heads(answer: Answer) -> list[str]:
