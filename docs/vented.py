@@ -1,7 +1,6 @@
 """Page vented.md: one stroke from vented to rest by Python, C, Structured Text, FMU and WebAssembly."""
 
 import ctypes
-import io
 import subprocess
 import sys
 from collections.abc import Callable
@@ -216,7 +215,6 @@ def stroke_times() -> str:
 def tables() -> dict[str, str]:
     """Tables of vented.md; the picture is drawn beside them."""
     made = strokes()
-    drawn = io.StringIO()
-    figure(made).savefig(drawn, format="svg", metadata=METADATA["svg"])
-    PICTURE.write_text(drawn.getvalue(), encoding="utf-8")
+    with paper_style():
+        figure(made).savefig(PICTURE, metadata=METADATA["svg"])
     return {"table_programs": compared(made), "table_times": stroke_times()}
