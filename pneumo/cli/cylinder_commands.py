@@ -92,6 +92,7 @@ def study(
     output: Annotated[
         Path | None, output_to("folder for study.html and study.nc [study-, with the files' names]")
     ] = None,
+    details: Annotated[bool, Option("--details", help="print the ranking and the limits assumed too")] = False,
 ) -> None:
     """Recommend a model for your cylinder, with its error budget and what to measure next."""
     from pneumo.errors import InputError
@@ -107,7 +108,7 @@ def study(
         context.with_resource(output_folder(folder))
         check_folder(folder)
         chosen, cells = stored_cylinder(stored, cylinder[0])
-        return _report(chosen, cells, folder, chosen)
+        return _report(chosen, cells, folder, chosen, details=details)
     if not files:
         raise InputError("Missing argument 'files': a configuration; `pneumo init` writes one")
     configuration = read_configuration(files, trust)  # before what takes a second to import
@@ -133,7 +134,7 @@ def study(
         known = uncertainties(configuration)
         task = bar.add_task("full-order runs and replays", total=simulated_time(chosen, known))
         cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), known)
-    return _report(chosen, cells, folder, configured, [str(file) for file in files])
+    return _report(chosen, cells, folder, configured, [str(file) for file in files], details)
 
 
 def _report(
@@ -142,13 +143,14 @@ def _report(
     folder: Path,
     configured: "Study",
     files: "Sequence[str]" = (),
+    details: bool = False,
 ) -> None:
     """Print the answers of a study, and write its page and cells; `files` hold all that is `configured`."""
     from rich.console import Console
 
     from pneumo.errors import InputError
     from pneumo.publish.pages.study_page import save_study
-    from pneumo.publish.text.terminal_tables import study_text
+    from pneumo.publish.text.terminal_tables import ranking_table, study_text
     from pneumo.selection.answer import answers, export_command
 
     console, of_cylinders = Console(), answers(cells)
@@ -156,6 +158,9 @@ def _report(
     ordered = configured._replace(experiments={**chosen.experiments, **configured.experiments})
     commands = [export_command(answer, ordered, files) for answer in of_cylinders]
     typer.echo(study_text(of_cylinders, ordered, files, console.width))
+    for answer in of_cylinders if details else ():
+        console.print(f"Known within 95 %: {answer.limits}", markup=False)
+        console.print(ranking_table(answer))
     page, stored = save_study(chosen, cells, of_cylinders, folder, commands)
     console.print(f"{page}, {stored}: written", markup=False, soft_wrap=True)
     for answer in of_cylinders:

@@ -91,6 +91,13 @@ def budget_table(answer: Answer) -> Table:
     return table
 
 
+def ranking_table(answer: Answer) -> Table:
+    """Ranking of the reduced models of one cylinder if everything about it is known."""
+    title = f"{answer.ranking.cylinder}: {answer.ranking.runs} runs each, everything known"
+    rows = (ranking_cells(row)[:-2] for row in answer.ranking.rows)  # the chambers' errors are on the page
+    return _table(title, STUDY_HEADS[:-2], rows, answer.chosen, numbers=True)
+
+
 def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (), width: int = 80) -> str:
     """Answers of a study as text: model, error budget, what to measure, and the command that exports it.
 
