@@ -84,24 +84,6 @@ def test_the_last_file_that_sets_a_field_or_makes_a_conflict_is_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        (b"n: [1.0\n", "not valid YAML: "),
-        (b"\xff\xfe", "cannot be read: "),
-        (b"- 1\n", "must hold `key: value` pairs, but holds list"),
-        (b"", "must hold `key: value` pairs, but holds NoneType"),
-        (None, "cannot be read: "),
-    ],
-)
-def test_unreadable_file(tmp_path, content, problem):
-    file = tmp_path / "mine.yaml"
-    if content is not None:
-        file.write_bytes(content)
-    with pytest.raises(ConfigurationError, match=rf"^{file}: {re.escape(problem)}[^\n]*$"):
-        load(PAPER, file)
-
-
-@pytest.mark.parametrize(
     ("other", "words"),
     [
         ("e01", "differs from E01 by case or look only"),
