@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pneumo.configuration.parameters import study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import SCHEMA
-from pneumo.configuration.schema_messages import allowed, named_sections, resolved
+from pneumo.configuration.schema_messages import named_sections, resolved
 from pneumo.configuration.schema_parts import merged
 from pneumo.errors import ConfigurationError
 
@@ -146,19 +146,6 @@ def wrong_field(draw):
 
 
 @st.composite
-def wrong_number(draw):
-    """A number of any size outside a field's range."""
-    numbers = [(path, node) for path, node in places(SCHEMA, FEW) if list(limits(node))]
-    path, node = draw(st.sampled_from(numbers))
-    high = max(limit for limit, sign, *_ in bounds(node) if sign > 0)
-    low = min(limit for limit, sign, *_ in bounds(node) if sign < 0)
-    below = st.floats(max_value=low, exclude_max=True, allow_nan=False)
-    above = st.floats(min_value=high, exclude_min=True, allow_nan=False)
-    value = draw(below | above)
-    return Mistake("number", with_value(path, value), (name_of(path), " = ", allowed(resolved(node))))
-
-
-@st.composite
 def missing_key(draw):
     keys = [p for p in places(SCHEMA, FEW) if p[0] and isinstance(p[0][-1], str)]
     path, _ = draw(st.sampled_from(keys))
@@ -196,23 +183,6 @@ def wrong_name(draw):
 
     words = (section, "the name must be text") if isinstance(name, str) else ("key", "not text")
     return Mistake("name", changed((section,), change), words)
-
-
-@st.composite
-def conflict(draw):
-    """Values that are in range and disagree with one another."""
-    changes = [
-        (("supply", "P_s_Pa"), 0.9e5, "P_atm_Pa"),
-        (("cylinders", "D", "stroke_mm"), 20.0, "stop_mm"),
-        (("cylinders", "E", "settling", "stop_mm"), -140.0, "half-stroke"),
-        (("experiments", "E07", "cylinder"), draw(st.text("ABCFG", min_size=1, max_size=4)), "one of D, E"),
-        (("run", "experiments"), ["E01", f"E{draw(st.integers(17, 999))}"], "no such experiment"),
-        (("n",), draw(st.sampled_from([[1.2, 1.2], [1.4, 1.0], [1.0, 1.1, 1.1]])), "must increase"),
-        (("step_s",), draw(st.floats(1e-7, 4e-5)), "at most 2e+07 steps"),
-        (("levels",), {"overall": [0.1]}, "Table 7"),
-    ]
-    path, value, word = draw(st.sampled_from(changes))
-    return Mistake("conflict", with_value(path, value), (" = ", word))
 
 
 TEXT = as_yaml(FEW).decode()
@@ -261,7 +231,7 @@ def broken_text(draw):
 
 def mistakes():
     """Any mistake in a configuration."""
-    kinds = (wrong_field, wrong_number, missing_key, unknown_key, wrong_name, conflict, broken_text)
+    kinds = (wrong_field, missing_key, unknown_key, wrong_name, broken_text)
     return st.one_of(*(kind() for kind in kinds))
 
 

@@ -22,8 +22,6 @@ from pneumo.verdict.errata import read_errata
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"
 PAGES = sorted(DOCS.glob("*.md"))
-# Pages of the site without a source of their own in docs.
-GENERATED = ("search", "genindex", "py-modindex")
 
 # What an example of a shell says but no test runs, by its first words, and why.
 NOT_RUN = {
@@ -35,7 +33,6 @@ NOT_RUN = {
     "pneumo study --from": "needs the results of a fleet; a test of the workflow runs it",
     "pneumo paper verdict --runs": "needs another simulator's runs; tests of the papers make some",
 }
-UNKNOWN = "pneumo paper explain T7.M11.mse"
 INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -129,15 +126,6 @@ def test_code_runs(page, folder, monkeypatch):
         run_block(block, page, folder, names)
 
 
-@pytest.mark.slow
-@pytest.mark.xdist_group("docs")
-@pytest.mark.parametrize("line", [UNKNOWN, "make reproduction", "snakemake -j2 proofs", "rm -r x", "cc no.c"])
-def test_a_wrong_line_is_noticed(line, folder, monkeypatch):
-    monkeypatch.chdir(folder)
-    with pytest.raises((AssertionError, pytest.fail.Exception, subprocess.CalledProcessError)):
-        run_line(line, folder)
-
-
 def assert_current(numbers):
     from fragments import stored_numbers
 
@@ -167,16 +155,6 @@ def test_every_number_is_on_a_page_and_every_name_on_a_page_has_a_number():
     on_pages = set(re.findall(r"\{\{ (\w+)\.(\w+) \}\}", text))
     assert {name for name in on_pages if name[0] != "errata"} == made
     assert "<!--" not in text
-
-
-def test_the_table_of_fitted_parameters_says_what_is_fitted_when_and_names_its_scales():
-    from fragments import fitted_parameters
-
-    text = fitted_parameters()
-    for name in ("b", "P_s", "exhaust", "T_in"):
-        assert f"| within its uncertainty; freely with `--also {name}` |" in text
-    assert "| with `--also A_B` |" in text
-    assert "0.3 to 1000 W/(m² K) times `A_q0`, the wall's area in mid-stroke |" in text
 
 
 def test_the_scheme_of_a_rig_shows_every_volume_and_restriction():
@@ -222,19 +200,6 @@ def test_theory_has_every_erratum_once_and_the_papers_numbers_of_equations():
 @pytest.mark.parametrize("name", pneumo.__all__)
 def test_public_name_is_in_the_api(name):
     assert re.search(rf":: pneumo\.{name}$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
-
-
-def test_models_and_commands_are_the_programs():
-    from fragments import commands, models
-
-    table = models()
-    assert "| M4 | 1.2 | 1.4 | 1.0 | constant | no | none |" in table
-    assert r"| M10 | $\gamma$ | $\gamma$ | $\gamma$ | polytropic | yes | $\lambda(P, T) A_q(x)$ |" in table
-    text = commands()
-    for group, name in ((cli.app, "pneumo"), (cli.paper, "pneumo paper")):
-        for command in group.registered_commands:
-            title = command.name or command.callback.__name__.replace("_", "-")
-            assert f"## `{name} {title}`" in text
 
 
 def test_the_index_has_every_page_once_by_kind():

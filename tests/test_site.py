@@ -55,10 +55,6 @@ class TestSite:
         result = browser.run(script)
         assert result
 
-    def test_code_has_buttons_that_copy(self, browser):
-        browser.open(SITE / "reproduce.html")
-        browser.wait("document.querySelectorAll('button.copybtn').length > 2")
-
     @pytest.mark.slow
     @pytest.mark.parametrize("page", [*(page.stem for page in PAGES), *GENERATED])
     def test_pages_are_accessible(self, page, chromium):

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from paper_study import STUDY
 
 from pneumo import testing as some
-from pneumo.catalogue import default_conductance
 from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation
 from pneumo.configuration.parameters import accuracy, load, plant_of, sonic_conductance, study, validated
@@ -162,11 +161,7 @@ def test_a_valve_keeps_its_area_with_another_gas(gas, ratio):
         ("supply.T_amb_K", 20, "and at most 500; is it in degC?"),
         ("supply.P_s_Pa", 6, "; is it in bar?"),
         ("supply.T_in_K", "25,0", "; decimal point, not comma"),
-        (
-            "cylinders.D.bore_mm",
-            0.025,
-            "and at most 1000; is it in metres?",
-        ),
+        ("cylinders.D.bore_mm", 0.025, "and at most 1000; is it in metres?"),
     ],
 )
 def test_a_message_names_the_likely_cause(path, value, words):
@@ -206,11 +201,6 @@ def test_an_override_of_the_wall_s_conductance_replaces_its_coefficient(tmp_path
     )
 
 
-def test_wall_from_the_catalogue():
-    e = on_own_cylinder({"k_0_W_per_K": "catalogue"})
-    assert e.plant.k_0 == default_conductance(e.plant.cylinder).k_0 > 0
-
-
 def test_signals():
     assert on_own_cylinder().excitation == Excitation(1, 0.8, 50)
     assert on_own_cylinder({"loop": "closed"}).excitation == Excitation(1, 15e-3, 50)
@@ -245,21 +235,17 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
         ({}, {"rod_mm": 25.0}, "own.rod_mm = 25.0: must be below bore_mm = 25 and be"),
         ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with the section valve"),
         ({}, {"valve": None}, "k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;"),
-        ({}, {"valve": {"b": 0.3}}, "own.valve.C_dm3_per_sbar: missing"),
         ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min, Q_nN_l_per_min, C_m3"),
         (
             {},
             {"valve": {"C_dm3_per_sbar": 1, "Q_n_l_per_min": 250, "b": 0.3}},
             "own.valve.C_dm3_per_sbar = 1.0: conflicts with Q_n_l_per_min; give only one",
         ),
-        ({}, {"valve": {"Q_n_l_per_min": 0, "b": 0.3}}, "own.valve.Q_n_l_per_min = 0: must be a number"),
-        ({}, {"valve": {"C_dm3_per_sbar": 1, "b": 1}}, "own.valve.b = 1: must be a number greater than 0"),
         ({}, {"open_loop": None}, "experiments.X.loop = 'open': needs the section cylinders.own.open_loop"),
         ({}, {"closed_loop": {"k_p_V_per_m": 1}}, "own.closed_loop.amplitude_mm: missing; must be a number"),
         ({}, {"closed_loop": TWICE}, "own.closed_loop.amplitude_mm = 10.0: conflicts with variance_m2"),
         ({"k_0_W_per_K": None}, {}, "X.k_0_W_per_K: missing; must be catalogue or a number"),
         ({"lambda_0_W_per_m2K": 40.0}, {}, "X.lambda_0_W_per_m2K = 40.0: conflicts with k_0_W_per_K"),
-        ({"signal": {"kind": "noise"}}, {}, "X.signal.kind = 'noise': must be prbs or gaussian or sweep"),
         ({"signal": {"kind": "sweep", "from_Hz": 1}}, {}, "X.signal.to_Hz: missing; must be a number"),
         ({"signal": {"kind": "prbs", "hold_s": 1}}, {}, "X.signal.hold_s = 1.0: not allowed with kind: prbs"),
         ({"signal": ABSENT}, {}, "experiments.X.signal.file = 'nowhere.csv': cannot be read"),
@@ -300,18 +286,9 @@ def test_json_round_trip_is_exact(bore, mass, T_in, n):
     json.loads(to_json(s), parse_constant=pytest.fail)  # no NaN or Infinity: any JSON reader takes it
 
 
-def test_readme_of_the_configuration_is_that_of_the_schema_and_names_every_key():
+def test_readme_of_the_configuration_is_that_of_the_schema():
     readme = (CONFIG / "README.md").read_text(encoding="utf-8")
     assert readme == schema_readme.readme(), "run: python -m pneumo.configuration.schema_readme > it"
-
-    def keys(node):
-        for key, value in node.items():
-            yield key
-            if isinstance(value, dict):
-                yield from keys(value)
-
-    names = {*BASE["cylinders"], *BASE["experiments"], *BASE["levels"]}
-    assert [key for key in keys(BASE) if key not in names and f"| `{key}` |" not in readme] == []
 
 
 def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
@@ -356,33 +333,15 @@ def test_an_uncertainty_that_cannot_be_is_refused(tmp_path, override, line):
     assert line in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1:30", "1:30"),
-        ("010", 10),
-        ("2_5", "2_5"),
-        ("0x10", "0x10"),
-        ("yes", "yes"),
-        ("on", "on"),
-        ("2026-01-01", "2026-01-01"),
-        ("1e-7", 1e-7),
-        ("+.5", 0.5),
-        ("1.", 1.0),
-        ("-3", -3),
-        ("true", True),
-        ("~", None),
-        ("", None),
-        ("'010'", "010"),
-        ("\u0663\u0664", "\u0663\u0664"),
-    ],
-)
+TEXTS = ["1:30", "2_5", "0x10", "yes", "on", "2026-01-01", "\u0663\u0664"]
+NUMBERS = {"010": 10, "1e-7": 1e-7, "+.5": 0.5, "1.": 1.0, "-3": -3}
+WORDS = {"true": True, "~": None, "": None, "'010'": "010"}
+
+
+@pytest.mark.parametrize(("text", "value"), [*zip(TEXTS, TEXTS, strict=True), *(NUMBERS | WORDS).items()])
 def test_words_and_numbers_are_those_of_yaml_1_2(tmp_path, text, value):
     (tmp_path / "a.yaml").write_text(f"key: {text}\n", encoding="utf-8")
     parsed = read_yaml(tmp_path / "a.yaml")["key"]
     assert parsed == value and type(parsed) is type(value)
-
-
-@pytest.mark.parametrize("text", ["1:30", "2_5", "1_000.0", "\u0663\u0664", "0x10", "nan"])
-def test_text_that_python_would_take_for_a_number_is_refused(text):
-    assert f"cylinders.D.mass_kg = {text!r}: must be a number" in complaint("cylinders.D.mass_kg", text)
+    if text in TEXTS:  # which Python's float and int would take in part
+        assert f"cylinders.D.mass_kg = {text!r}: must be a number" in complaint("cylinders.D.mass_kg", text)

@@ -1,12 +1,10 @@
 """Configurations that are refused, each with one line."""
 
 import copy
-import math
 import re
 
 import pytest
-import yaml
-from bad_input import BASE, PAPER, changed, complaint, error_of
+from bad_input import BASE, PAPER, complaint, error_of
 
 from pneumo.configuration.parameters import load
 from pneumo.configuration.schema_parts import merged
@@ -15,33 +13,25 @@ from pneumo.errors import ConfigurationError
 NAMES = [f"E{j:02d}" for j in range(1, 17)]
 SHARE, PRESSURE = "a number greater than 0 and less than 1", "a number greater than 0 and at most 5000000"
 STOP = "must lie inside the half-stroke, above {}, and be a number at least -5000 and less than 0"
+LONG = "must be at most 2e+07 steps of step_s = 1e-06 and be a number greater than 0 and at most 100000"
+AVERAGE = "reserved for Table 7's average; choose another name"
 CONDUCTANCE = "catalogue or a number at least 0 and at most 10000; or give lambda_0_W_per_m2K"
 
 
 @pytest.mark.parametrize(
     ("path", "value", "line"),
     [
-        *(
-            ("cylinders.D.bore_mm", value, f"{value!r}: must be a number greater than 0 and at most 1000")
-            for value in (-20.0, True, math.nan, math.inf, "20 mm", None, [20])
-        ),
-        ("cylinders.E.dead_volume_m3", 0, "0: must be a number greater than 0 and at most 1"),
-        ("cylinders.E.seed", 1.5, "1.5: must be a whole number at least 0 and less than 4294967296"),
+        ("cylinders.D.bore_mm", "20 mm", "'20 mm': must be a number greater than 0 and at most 1000"),
         ("cylinders.E.seed", False, "False: must be a whole number at least 0 and less than 4294967296"),
-        ("cylinders.E.settling.force_N", 300, "300: must be a number at least -1000000 and less than 0"),
         ("experiments.E01.k_0_W_per_K", -1, "-1: must be catalogue or a number at least 0 and at most 10000"),
         ("experiments.E01.loop", "half", "'half': must be open or closed"),
-        ("experiments.E01.cylinder", 3, "3: must be text"),
         ("experiments.E01.cylinder", "F", "'F': must be one of D, E"),
         ("experiments.E01", "E02", "'E02': must be a section"),
         ("run.experiments", [], "[]: must be all or a list (not empty), each text"),
-        ("run.experiments", "E01", "'E01': must be all or a list (not empty), each text"),
-        ("run.duration_limit_s", -3, "-3: must be a number greater than 0 and at most 100000"),
         ("levels.typical", 0.1, "0.1: must be a list, each a number at least 0 and at most 10000"),
-        ("n", 1.2, "1.2: must be a list (not empty), each a number greater than 0 and at most 3"),
+        ("n", [1.4, 1.0], "[1.4, 1.0]: must increase, and 1 follows 1.4"),
         ("n", [], "[]: must be a list (not empty), each a number greater than 0 and at most 3"),
         ("name", "my study", r"'my study': must be text of at most 40 letters, digits, _ and -"),
-        ("gas.critical_ratio", 1.5, "1.5: must be exact or a number greater than 0 and less than 1"),
         ("supply.P_0_per_P_s", "half", f"'half': must be half-bridge or {SHARE}"),
         ("supply.P_s_Pa", 0.9e5, f"90000.0: must exceed P_atm_Pa = 100000 and be {PRESSURE}"),
         ("cylinders.D.settling.stop_mm", -50.0, f"-50.0: {STOP.format(-50)}"),
@@ -50,19 +40,6 @@ CONDUCTANCE = "catalogue or a number at least 0 and at most 10000; or give lambd
 )
 def test_bad_value(path, value, line):
     assert complaint(path, value) == f"mine.yaml: {path} = {line}"
-
-
-@pytest.mark.parametrize(
-    ("path", "place", "known"),
-    [
-        ("cylinders.D.bore_cm", "cylinders.D.bore_cm", BASE["cylinders"]["D"]),
-        ("colour", "colour", BASE),
-        ("experiments.E01.wall.k_0", "experiments.E01.wall", BASE["experiments"]["E01"]),
-    ],
-)
-def test_unknown_key(path, place, known):
-    head, _, listed = complaint(path, 2).partition("; known keys: ")
-    assert head.startswith(f"mine.yaml: {place} = ") and set(known) <= set(listed.split(", "))
 
 
 def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_no_text():
@@ -77,23 +54,11 @@ def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_n
 
 
 @pytest.mark.parametrize(
-    ("path", "line"),
-    [
-        ("cylinders.D.mass_kg", "must be a number greater than 0 and at most 100000"),
-        ("supply", "must be a section"),
-        ("experiments.E16.loop", "must be open or closed"),
-    ],
-)
-def test_missing_field(path, line):
-    content = yaml.safe_load(changed(path.split("."), dict.__delitem__))
-    error = error_of(content, ("config/paper.yaml", content), ("mine.yaml", {"name": "mine"}))
-    assert error == f"config/paper.yaml: {path}: missing; {line}"
-
-
-@pytest.mark.parametrize(
     ("path", "value", "line"),
     [
         ("n", [1.2, 0], "n.1 = 0: must be a number greater than 0 and at most 3"),
+        ("step_s", 1e-6, f"experiments.E01.duration_s = 300.0: {LONG}"),
+        ("levels", {"overall": [0.1]}, f"levels.overall = 'overall': {AVERAGE}"),
         # What an override leaves out or takes away is missing from its file.
         ("experiments.X", {"loop": "open"}, "experiments.X.cylinder: missing; must be text"),
         ("experiments.E07.k_0_W_per_K", None, f"experiments.E07.k_0_W_per_K: missing; must be {CONDUCTANCE}"),
@@ -116,24 +81,6 @@ def test_the_last_file_that_sets_a_field_or_makes_a_conflict_is_named(tmp_path):
     with pytest.raises(ConfigurationError) as error:
         load(PAPER, *files)
     assert str(error.value) == f"{files[1]}: step_s = -2: must be a number at least 1e-07 and at most 1"
-
-
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        (b"n: [1.0\n", "not valid YAML: "),
-        (b"\xff\xfe", "cannot be read: "),
-        (b"- 1\n", "must hold `key: value` pairs, but holds list"),
-        (b"", "must hold `key: value` pairs, but holds NoneType"),
-        (None, "cannot be read: "),
-    ],
-)
-def test_unreadable_file(tmp_path, content, problem):
-    file = tmp_path / "mine.yaml"
-    if content is not None:
-        file.write_bytes(content)
-    with pytest.raises(ConfigurationError, match=rf"^{file}: {re.escape(problem)}[^\n]*$"):
-        load(PAPER, file)
 
 
 @pytest.mark.parametrize(

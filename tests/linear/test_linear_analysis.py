@@ -122,12 +122,6 @@ def test_points_without_derivative_are_refused(changes, words, plant):
         linearise(point.pop("model"), point.pop("n"), leaking, **point)
 
 
-@pytest.mark.parametrize(("x", "P", "words"), [([0.05], [5e5], "end stops"), ([0.0], [0.0], "P = 0 Pa")])
-def test_modes_out_of_range_are_refused(x, P, words, plant):
-    with pytest.raises(InputError, match=words):
-        natural_modes("full", None, plant, np.array(x), np.array(P))
-
-
 def test_command_prints_the_actuator_and_draws_its_modes(inside, tmp_path):
     at = ["--u", 1, "--P_A", "5e5", "--P_B", "6e5", "--cylinder", "D", "--k0", 0.5, "--config", PAPER]
     code, out, _ = inside("linearise", "full", "--states", "actuator", *at, "--json", "--plot", "modes")

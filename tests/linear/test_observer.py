@@ -26,10 +26,6 @@ def rms(estimate, run, since=1.0):
     return float(np.sqrt(np.mean(np.square(errors)[:, late])))
 
 
-def halved(plant):
-    return plant._replace(k_0=plant.k_0 / 2)
-
-
 def test_the_full_order_finds_pressures_temperatures_and_k_0(run):
     known = pneumo.ekf("full", None, PLANT, H, u=run.u, x=run.x)
     assert rms(known, run) < 1e3  # Pa: 0.2 % of the pressure, by the true equations from the position alone
@@ -37,8 +33,9 @@ def test_the_full_order_finds_pressures_temperatures_and_k_0(run):
     assert np.abs(known.T_A - run.T_A)[late].max() < 3.0  # K, of swings of 40: less than a tenth
     assert (known.k_0 == PLANT.k_0).all() and (known.deviation[:, 6] == 0).all()
 
-    wrong = pneumo.ekf("full", None, halved(PLANT), H, u=run.u, x=run.x)
-    learnt = pneumo.ekf("full", None, halved(PLANT), H, u=run.u, x=run.x, estimate_k_0=True)
+    halved = PLANT._replace(k_0=PLANT.k_0 / 2)
+    wrong = pneumo.ekf("full", None, halved, H, u=run.u, x=run.x)
+    learnt = pneumo.ekf("full", None, halved, H, u=run.u, x=run.x, estimate_k_0=True)
     assert rms(learnt, run, 4.0) < rms(wrong, run, 4.0)
     assert 0.75 < learnt.k_0[-1] / PLANT.k_0 < 1.33  # from a half: most of the way in six seconds
     assert learnt.deviation[-1, 6] < 0.3 * learnt.deviation[0, 6]  # clearly better known than at first
@@ -65,13 +62,11 @@ def test_samples_that_are_missing_are_bridged(run):
 @pytest.mark.parametrize(
     "change, told",
     [
-        ({"model": "M99"}, "no such model"),
         ({"n": None}, "needs a polytropic index"),
         ({"h": 0.0}, "h = 0: must be a positive number"),
         ({"x": [0.0, 0.0]}, "x: shape"),
         ({"x": np.full(3, np.nan)}, "first sample"),
         ({"u": [0.0, np.nan, 0.0]}, "u: must be finite"),
-        ({"P_A": [np.inf, 1e5, 1e5]}, "P_A: must be finite"),
         ({"first": (1e5, -1.0)}, "first = "),
         ({"pressure_noise": -1.0}, "pressure_noise = -1"),
         ({"model": "M6", "estimate_k_0": True}, "estimate_k_0"),

@@ -15,7 +15,7 @@ from paper.study.paper_2006.printed_tables import read_table
 from paper.study.paper_2006.results import StudyResults
 from paper.study.paper_2006.run_statements import turning_points
 from paper.study.paper_2006.summary import scores
-from paper.study.paper_2006.table_cells import best_index, ten_settling_times
+from paper.study.paper_2006.table_cells import best_index
 from pneumo.physics.valve import choked_flow
 
 MODELS = list(PAPER_MODELS)
@@ -68,16 +68,6 @@ def test_distances_between_models(finding, value):
 def test_statements_and_how_far_they_are_from_turning_over(finding, holds, margin):
     assert finding.holds is holds
     assert finding.margin == pytest.approx(margin)
-
-
-@pytest.mark.parametrize(("factor", "holds"), [(0.99, True), (1.0, True), (1.01, False), (5.0, False)])
-def test_runs_last_ten_settling_times(factor, holds):
-    (duration,) = (cell["printed"] for cell in read_table(6) if cell["row"] == "E05")
-    study_results = results()
-    coords = {"experiment": ["E05"], "quantity": ["P_A", "P_B", "T_A", "T_B"]}
-    times = [[1.0, 0.5, 0.2, factor * float(duration) / 10]]
-    study_results.settling_times = xr.DataArray(times, coords)
-    assert ten_settling_times(study_results, "E05").holds is holds
 
 
 def test_a_best_n_has_the_cost_of_the_printed_one():

@@ -9,7 +9,6 @@ from paper_study import STUDY
 from paper.study import settling_run as settling
 from paper.study.paper_2006 import printed_tables as published
 from paper.study.settling_run import settle, settling_time, settling_times
-from pneumo.errors import RunError
 from pneumo.simulation.full_order import equilibrium, run, thermal_time_constant
 
 H = 0.001
@@ -38,9 +37,8 @@ def test_an_overshoot_out_of_the_band_counts(decay, tau):
     assert settled > np.argmax(inside)
 
 
-def test_a_constant_settles_at_once_and_what_ends_outside_has_not_settled():
+def test_a_constant_settles_at_once():
     assert [settling_time(np.full(100, 5e5), 5e5, change, H) for change in (0.0, 1.0)] == [0.0, 0.0]
-    assert np.isnan(settling_time(np.full(100, 5e5), 4e5, 1e6, H))
 
 
 @pytest.mark.parametrize("change", [100.0, -100.0])
@@ -154,24 +152,16 @@ def assert_without_times(settled, status, step):
     assert np.isfinite(settled.states).all()
 
 
-def steps_of(windows, e):
-    return round(windows * max(thermal_time_constant(e.plant), settling.SHORTEST_WINDOW) / e.h)
-
-
 @pytest.mark.parametrize("k_0", [0.0, 1e-6])
 def test_wall_heat_too_slow_for_a_run_is_refused_before_it_starts(k_0):
     e = STUDY.experiments["E03"]
     plant = e.plant._replace(k_0=k_0)
-    assert (thermal_time_constant(plant) == np.inf) == (k_0 == 0)
     assert_without_times(settle(e._replace(plant=plant)), settling.TOO_SLOW, 0)
 
 
-def test_air_that_never_rests_is_given_up_and_a_cylinder_without_settling_refused(monkeypatch):
+def test_air_that_never_rests_is_given_up(monkeypatch):
     monkeypatch.setattr(settling, "LONGEST_RUN", 10.0)
     e = STUDY.experiments["E13"]
-    e = e._replace(push=e.push._replace(near=-1.0))
-    window = steps_of(1, e)
-    assert_without_times(settle(e), settling.NOT_AT_REST, 10_000 // window * window)
-    e = STUDY.experiments["E14"]
-    with pytest.raises(RunError, match="E14: a settling run needs its cylinder's section settling"):
-        settle(e._replace(push=e.push._replace(force=0.0)))
+    window = round(max(thermal_time_constant(e.plant), settling.SHORTEST_WINDOW) / e.h)
+    settled = settle(e._replace(push=e.push._replace(near=-1.0)))
+    assert_without_times(settled, settling.NOT_AT_REST, 10_000 // window * window)

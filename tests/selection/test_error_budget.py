@@ -10,7 +10,7 @@ from paper_study import STUDY, lasting
 from ranked_cells import LEVEL, answered, made
 
 from pneumo.configuration.conductance import conductance
-from pneumo.configuration.parameters import load, validated
+from pneumo.configuration.parameters import load, study, validated
 from pneumo.configuration.uncertain import GROUPS, SIGMAS, Uncertain, plant_with, uncertainties
 from pneumo.errors import ConfigurationError
 from pneumo.physics.models import MODELS
@@ -26,10 +26,7 @@ from pneumo.selection.cylinder_ranking import (
     shortened,
 )
 from pneumo.selection.cylinder_template import TEMPLATE
-from pneumo.simulation.full_order import record
 from pneumo.statistics.error_budget import FULL_ORDER
-
-PLANT = STUDY.experiments["E02"].plant
 
 
 def known(**changes):
@@ -41,9 +38,6 @@ def known(**changes):
         experiment["k_0_W_per_K"] = changes.get("k_0", "catalogue")
     section |= {key: value for key, value in changes.items() if key != "k_0"}
     return uncertainties(validated(content, []))["mine"]
-
-
-# --- what is not known -----------------------------------------------------------------------------
 
 
 def test_limits_are_those_of_the_configuration_else_priors():
@@ -97,7 +91,7 @@ def test_a_covariance_that_is_none_is_refused(rows):
 
 @given(st.lists(st.floats(-0.5, 0.5), min_size=8, max_size=8))
 def test_a_drawn_plant_deviates_in_each_quantity_and_zero_changes_nothing(deviations):
-    plant = load_plant()
+    plant = study(load(TEMPLATE)).experiments["open"].plant
     names = known().names
     moved = plant_with(plant, names, np.array(deviations))
     d = dict(zip(names, deviations, strict=True))
@@ -107,12 +101,6 @@ def test_a_drawn_plant_deviates_in_each_quantity_and_zero_changes_nothing(deviat
     assert moved.conditions.T_in - plant.conditions.T_in == pytest.approx(d["T_in"])
     assert 0 < moved.gas.critical_ratio < 1 and moved.conditions.P_s > plant.conditions.P_atm
     assert plant_with(plant, names, np.zeros(8)) == plant
-
-
-def load_plant():
-    from pneumo.configuration.parameters import study
-
-    return study(load(TEMPLATE)).experiments["open"].plant
 
 
 def test_draws_have_the_covariance_and_knowing_a_group_moves_what_depends_on_it():
@@ -129,9 +117,6 @@ def test_draws_have_the_covariance_and_knowing_a_group_moves_what_depends_on_it(
     assert related.half_width("C") == pytest.approx(SIGMAS * 0.2)
 
 
-# --- errors on drawn cylinders ---------------------------------------------------------------------
-
-
 def test_the_full_order_has_no_error_on_its_own_plant_and_that_of_a_wrong_valve_else():
     e = lasting("E02", 1.0)
     rows = [(name, 1.3) for name in MODELS]
@@ -140,8 +125,6 @@ def test_the_full_order_has_no_error_on_its_own_plant_and_that_of_a_wrong_valve_
     wide = plant_with(e.plant, ("C",), np.array([0.1]))
     wrong = errors_on(e, wide, rows)
     assert wrong[-1].min() > 1e4
-    # A model with the wrong valve on that run, as by hand: the run is of the wide valve.
-    assert not np.array_equal(record(e._replace(plant=wide)).states, record(e).states)
 
 
 def test_a_study_of_drawn_cylinders_does_not_depend_on_threads_and_counts_its_time():
@@ -165,9 +148,6 @@ def test_a_study_of_drawn_cylinders_does_not_depend_on_threads_and_counts_its_ti
     rows = [(name, float(np.nan_to_num(best.row(name).n, nan=1.2))) for name in MODELS]
     again = errors_on(own, plant_with(own.plant, ("C", "k_0"), deviations), rows)
     np.testing.assert_array_equal(one["mse_drawn"].values[0, draw], again)
-
-
-# --- the answer ------------------------------------------------------------------------------------
 
 
 def test_parts_are_what_the_error_loses_if_a_group_is_known():

@@ -14,7 +14,7 @@ from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.cylinder_template import write_table_template
 from pneumo.selection.fleet import CELLS, DRAWS, fleet_index, run_block, stored_cylinder, studies_of, together
 from pneumo.statistics.error_budget import FULL_ORDER
-from pneumo.storage.files import read, write
+from pneumo.storage.files import write
 
 pytestmark = pytest.mark.xdist_group("own study")  # the same kernels, compiled once
 UNKNOWN = {name: Uncertain(("C", "k_0"), ((0.01, 0.0), (0.0, 0.1))) for name in ("first", "second")}
@@ -103,16 +103,6 @@ def test_a_cylinder_whose_runs_fail_is_told_and_leaves_the_others_alone(short, b
     assert index["failed_runs"].values.tolist() == [0, 4]
     whole = run_block(short, threads=2)
     xr.testing.assert_equal(whole["mse"].sel(cylinder="first"), block["mse"].sel(cylinder="first"))
-
-
-def test_the_index_says_which_block_has_a_cylinder(results):
-    index = read(results / "fleet.nc")
-    assert index["block"].values.tolist() == ["000000", "000001"]
-    assert index["stroke"].values.tolist() == [0.16, 0.08] and index["bore"].attrs["units"] == "m"
-    assert "mse" not in index and "parameters" not in index
-    assert all(
-        "long_name" in index[name].attrs for name in ("place", "best_mse_low", "over_best", "failed_runs")
-    )
 
 
 def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, block):

@@ -6,12 +6,10 @@ import xarray as xr
 from paper_study import STUDY, lasting
 from workflow_scripts import script
 
-from pneumo.configuration.study_json import to_json
 from pneumo.selection import cylinder_ranking
 from pneumo.selection.cylinder_ranking import one_run, run_study, seeds_of
 from pneumo.simulation.full_order import DIVERGED
 from pneumo.simulation.replay import NO_RUN
-from pneumo.storage.files import write_text
 
 pytestmark = pytest.mark.xdist_group("repeated runs")  # its fixtures take seconds
 
@@ -30,11 +28,10 @@ def runs():
 
 def test_first_run_is_the_workflows_bit_for_bit_whatever_the_threads(runs, tmp_path):
     cut = STUDY._replace(experiments={"E02": lasting("E02", 2.0)})
-    write_text(to_json(cut), tmp_path / "parameters.json")
     parameters, datum = tmp_path / "parameters.json", tmp_path / "datum" / "E02.nc"
     replayed = tmp_path / "exact" / "replay" / "E02.nc"
-    script("datum")(parameters, [datum], 1, "")
-    script("replay")(parameters, [datum], [replayed], 1, "")
+    script("datum")(cut, parameters, [datum], 1)
+    script("replay")(parameters, [datum], [replayed], 1)
     mine = runs.sel(experiment="E02").isel(run=0)
     with xr.open_dataset(replayed) as theirs:
         for name in CELLS:

@@ -33,10 +33,7 @@ def grid_of(errors):
     labels = (list(STUDY.experiments), MODELS, list(STUDY.n), ["A", "B"])
     coords = {dim: names[:size] for dim, names, size in zip(dims, labels, errors.shape, strict=False)}
     grid = cells_of((errors**2).mean(-1), coords).assign(mean_error=(dims, errors.mean(-1)))
-    grid = grid.assign(variance=(dims, errors.var(-1), {"units": "Pa2"}))
-    grid["mean_error"].attrs = {"units": "Pa", "long_name": "mean"}
-    grid["mse"].attrs = {"units": "Pa2", "long_name": "mean square"}
-    return grid
+    return grid.assign(variance=(dims, errors.var(-1)))
 
 
 def percentile(values, percent):

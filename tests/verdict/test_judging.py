@@ -1,7 +1,6 @@
 """Judging, on a study in which everything came out as printed: needs no results."""
 
 import os
-import re
 import shutil
 import time
 from pathlib import Path
@@ -44,13 +43,6 @@ def paper(tmp_path) -> Path:
 def status(results: Path, name: str, paper: Path = PAPER_2006.folder) -> str:
     judge = Judge(results, PAPER_2006._replace(folder=paper))
     return judge.judge(judge.claims.items[name])["status"]
-
-
-def scale_settling_time(results: Path, factor: float) -> None:
-    with xr.open_dataset(results / "settling.nc") as opened:
-        dataset = opened.load()
-    dataset["settling_time"].loc[{"experiment": "E14", "quantity": "P_A"}] *= factor
-    write(dataset, results / "settling.nc", {})
 
 
 def write_study(results: Path, name: str, experiments: dict) -> None:
@@ -139,13 +131,6 @@ def test_results_of_another_study_are_named_as_such(results_as_printed):
         verdict(results_as_printed, PAPER_2006)
 
 
-@pytest.mark.parametrize("text", ['{"name": 1}', '{"name": "", "experiments": [1]}', '{"a": "\\u0000"}'])
-def test_parameters_that_are_no_study_are_refused(tmp_path, text):
-    write_text(text, tmp_path / "parameters.json")
-    with pytest.raises(ResultError, match=r"parameters\.json: does not hold a study"):
-        read_study(tmp_path / "parameters.json")
-
-
 def test_a_stored_verdict_is_shown_until_a_file_behind_it_is_newer(
     results_as_printed, paper, monkeypatch, tmp_path
 ):
@@ -179,20 +164,6 @@ def test_explain_tells_an_item_and_a_cell_and_verdict_counts(printed_once, judge
     assert max(map(len, lines)) <= 80
     assert " ".join(lines).startswith(headline_text(judged_once["headline"]))
     assert "M7 with n = 1.35 has the errors that the text quotes (0 of 5 agree;" in done.stdout
-
-
-@pytest.mark.parametrize(
-    ("what", "words"),
-    [
-        (["T7.M11.mse"], "T7.M11.mse: no such item; there are T7.M1.mu"),
-        (["E07", "M8"], "name one item"),
-        (["E07", "M8", "x"], "n = 'x': must be a number"),
-    ],
-)
-def test_explain_says_what_is_wrong(printed_once, what, words):
-    with pytest.raises(ResultError, match=re.escape(words)):
-        command = ["paper", "explain", *what, "--results", str(printed_once)]
-        CliRunner().invoke(app, command, catch_exceptions=False)
 
 
 @pytest.mark.results

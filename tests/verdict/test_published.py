@@ -6,7 +6,6 @@ import pytest
 
 from paper.study.paper_2006 import printed_tables as published
 from paper.study.paper_2006.setup_checks import rows_within
-from pneumo.verdict.published import PaperError
 
 CELLS = {1: 40, 2: 8, 3: 20, 4: 8, 5: 64, 6: 16, 7: 30, 8: 96, 9: 90}
 WITHOUT_N = ["M1", "M3", "M4"]
@@ -26,13 +25,6 @@ def test_every_cell_is_there_once_and_experiments_are_coded_as_in_the_paper(numb
         type_and_cylinder = [("open", "D"), ("closed", "D"), ("open", "E"), ("closed", "E")][(j - 1) % 4]
         assert (cell["type"], cell["cylinder"]) == type_and_cylinder
         assert cell["k_0"] == ["0.02", "0.1", "0.5", "2.5"][(j - 1) // 4]
-
-
-def test_tables_that_are_not_there_are_named(tmp_path):
-    with pytest.raises(PaperError, match="number = 10: the paper has Tables 1 to 9"):
-        published.read_table(10)
-    with pytest.raises(PaperError, match=rf"{tmp_path}/published/table5.csv: no such file"):
-        published.read_table(5, folder=tmp_path)
 
 
 def test_cells_are_in_SI_units_at_their_labels():

@@ -1,10 +1,8 @@
-"""Every format gives the same record and the same estimates; limits; a remedy for what is not read."""
+"""Every format gives the same record; limits; a remedy for what is not read."""
 
 import gzip
 import os
-import subprocess
 import sys
-from functools import cache
 from pathlib import Path
 
 import netCDF4
@@ -14,7 +12,6 @@ import pytest
 import written_records as written
 import xarray as xr
 
-import pneumo
 from pneumo.errors import InputError
 from pneumo.fitting.record import formats
 from pneumo.fitting.record.columns import Column
@@ -28,14 +25,6 @@ def read(tmp_path, name, content, **options):
     return read_measurement(file, written.plant(), **options)
 
 
-def refusal(tmp_path, name, content, **options):
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, name, content, **options)
-    text = str(caught.value)
-    assert "\n" not in text
-    return text.replace(f"{tmp_path}/", "")
-
-
 def same(found, expected, rows=slice(None)):
     # Text has every digit; a unit is converted with one rounding or two, and time in ms is rounded first.
     assert found.period == pytest.approx(written.PERIOD, rel=1e-12)
@@ -45,34 +34,11 @@ def same(found, expected, rows=slice(None)):
         np.testing.assert_allclose(P / 1e5, expected[name][rows], rtol=1e-14)
 
 
-def signals(found):
-    return np.column_stack([found.t, found.u, found.x, *found.P])
-
-
-@cache
-def estimates(content):
-    """Estimates of M1, from a record with these bytes of its signals."""
-    names = ["t_s", "u_V", "x_m", "P_A_Pa", "P_B_Pa"]
-    table = pd.DataFrame(np.frombuffer(content).reshape(-1, 5), columns=names)
-    fit = pneumo.fit(table, written.CONFIGURATION, written.CYLINDER, models=["M1"], trust=True)
-    return fit.estimates["value"]["M1"]
-
-
-OTHER_DIGITS = ("Excel", "LabVIEW without, commas, in segments")  # cells of 16 digits; times that are counted
-
-
 @pytest.mark.parametrize("kind", written.COMMON)
-def test_every_format_gives_the_same_record_and_so_the_same_estimates(tmp_path, kind):
+def test_every_format_gives_the_same_record(tmp_path, kind):
     found = read(tmp_path, *written.content(kind))
     assert found.notes == () and found.events == ()
     same(found, written.truth())
-    expected = signals(read(tmp_path, *written.content("packed")))
-    if kind in OTHER_DIGITS:
-        # A search that begins at another last digit ends within its tolerance.
-        of_found, of_expected = estimates(signals(found).tobytes()), estimates(expected.tobytes())
-        np.testing.assert_allclose(of_found, of_expected, rtol=1e-8)
-    else:
-        np.testing.assert_array_equal(signals(found), expected)
 
 
 @pytest.mark.parametrize("kind", written.RATES)
@@ -163,14 +129,10 @@ REFUSED = {
 @pytest.mark.parametrize("kind", REFUSED)
 def test_what_is_refused_is_one_line_with_the_remedy(tmp_path, kind):
     name, content, words = REFUSED[kind]
-    text = refusal(tmp_path, name, content() if callable(content) else content)
-    assert all(word in text for word in [name, *words]), text
-
-
-def test_every_format_is_tested():
-    files = [*written.COMMON.values(), *written.RATES.values(), *REFUSED.values()]
-    suffixes = {Path(name).suffix for name, *_ in files}
-    assert all(not form.suffixes or suffixes & {*form.suffixes} for form in formats.FORMATS)
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, name, content() if callable(content) else content)
+    text = str(caught.value)
+    assert "\n" not in text and all(word in text for word in [name, *words]), text
 
 
 @pytest.mark.parametrize(("suffix", "package"), written.LIBRARIES.items())
@@ -183,13 +145,6 @@ def test_a_missing_library_is_named_with_the_remedy(tmp_path, monkeypatch, suffi
     form = next(form for form in formats.FORMATS if suffix in form.suffixes)
     with pytest.raises(InputError, match=rf"pip install 'pneumo\[formats\]' \(here {package}\)"):
         form.read(file)
-
-
-def test_the_formats_are_listed_without_loading_a_library():
-    """The command's help lists them; pandas and xarray would take it a second."""
-    code = "import sys, pneumo.fitting.record.formats; print(*sys.modules)"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert not {"pandas", "xarray", "netCDF4", "scipy"} & {*run.stdout.split()}
 
 
 def test_files_that_are_no_records_are_refused_before_they_are_read(tmp_path):

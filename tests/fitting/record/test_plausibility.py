@@ -46,26 +46,19 @@ LOW = C.P_atm + 0.1 * (C.P_s - C.P_atm) * (1 + 0.1 * np.sin(20 * T))
 REFUSED = [
     (lambda: table().drop(columns=["x_m"]), ["no column x", "to check and complete: --columns"]),
     (lambda: table().drop(columns=["u_V"]), ["no column u", "--closed both"]),
-    (lambda: at(17, "off"), ["line 19, column x", "'off': must be a finite number"]),
-    (lambda: at([17, 20, 30], "off"), ["line 19", "and 2 more"]),
-    (lambda: at(17, "inf"), ["line 19", "'inf'"]),
-    (lambda: at(17, "a" + "-" * 40 + "z"), ["line 19", "..."]),
+    (lambda: at([17, 20, 30], "off"), ["line 19, column x", "'off': must be a finite number", "and 2 more"]),
     (lambda: at(5, "", "t_s"), ["line 7, column t: 'empty': must"]),
     (lambda: at(slice(17, 20), ""), ["line 23, column x", "gap", "cut the file"]),
     (lambda: at(slice(0, None, 9), "nan"), ["column x", "at most 1 %"]),
     (lambda: at(50, T[49], "t_s"), ["line 52, column t", "must increase"]),
-    (lambda: at(50, 0.01, "t_s"), ["line 52, column t", "must increase"]),
     (
         lambda: table(t_s=T + (np.arange(ROWS) > 99)),
         ["line 102, column t", "a gap of 1.002 s after t = 0.198 s"],
     ),
-    (lambda: table(t_weeks=T), ["unknown unit 'weeks'"]),
     (lambda: table().rename(columns={"t_s": "t"}), ["no unit"]),
     (lambda: table(t_s=1e3 * T), ["2 s apart: must be 1e-05 to 0.1 s; is t in ms?"]),
-    (lambda: table(t_s=1e-3 * T), ["2e-06 s apart", "is t in s?"]),
     (lambda: table()[:99], ["99 samples: must be at least 100"]),
     (lambda: table(P_A_Pa=P / 1e3), ["column P_A", "read in Pa; is it in kPa (a factor of 1000)?"]),
-    (lambda: table(P_A_kPa=P), ["column P_A", "read in kPa; is it in Pa"]),
     (lambda: table(P_A_barg=(P - C.P_atm) / 1e3), ["read in bar; is it in kPa (a factor of 100)?"]),
     (lambda: table(P_A_Pa=np.zeros(ROWS)), ["line 2, column P_A", "must be absolute", "bar(g)"]),
     (lambda: table(P_A_Pa=P * 1.5 * C.P_s / P.max()), ["far above the supply's"]),
@@ -73,7 +66,6 @@ REFUSED = [
     (lambda: table(x_m=1e3 * X), ["outside the stroke", "read in m; is it in mm"]),
     (lambda: table(u_V=np.ones(ROWS)), ["column u: 1 in every sample"]),
     (lambda: table(u_V=5 + np.cos(20 * T)), ["column u", "of one sign", "`V 0..10`", "offset: -5"]),
-    (lambda: table(u_mA=np.cos(20 * T)), ["mA: of which range? write mA 0..20, mA -20..20"]),
     (lambda: table(P_s_Pa=np.full(ROWS, 0.39 * C.P_s)), ["column P_s", "0.4 and 1.6 times"]),
     (lambda: table(T_K=np.full(ROWS, 25.0)), ["column T: 25 K", "200 and 400 K"]),
 ]
@@ -170,18 +162,13 @@ def test_doubtful_parts_are_marked(tmp_path, frame, expected):
         assert wanted is None or found == pytest.approx(wanted, abs=1e-9)
 
 
-def test_a_pressure_above_the_supply_is_noted_unless_it_is_short_or_the_measured_supply_is_higher(tmp_path):
+def test_a_pressure_above_the_supply_is_noted_unless_the_measured_supply_is_higher(tmp_path):
     record = read(table(), tmp_path)
-    assert above_supply(record, written.plant()) == []
     high = record._replace(P=np.array([np.where(np.arange(ROWS) < 20, 1.2 * C.P_s, P), P]))
     (note,) = above_supply(high, written.plant())
-    assert (
-        note.startswith("P_A is above the configured supply 5 % of the time")
-        and "0 % of that at a stop" in note
-    )
-    at_stop = high._replace(x=np.full(ROWS, written.plant().cylinder.x_max))
-    assert "100 % of that at a stop" in above_supply(at_stop, written.plant())[0]
-    assert above_supply(high._replace(P_s=np.full(ROWS, 1.3 * C.P_s)), written.plant()) == []
+    assert "5 % of the time" in note and "0 % of that at a stop" in note
+    supplied = high._replace(P_s=np.full(ROWS, 1.3 * C.P_s))
+    assert above_supply(record, written.plant()) == above_supply(supplied, written.plant()) == []
     assert above_supply(high._replace(closed=True), written.plant()) == []
 
 
@@ -193,16 +180,13 @@ LAYOUTS = {  # text: names, numbers of the first row, line of the first sample
         2,
     ),
     "a comma within a name": ("Zeit [s];U, soll [V]\n0;1\n1;2\n", "Zeit [s]|U, soll [V]", "0 1", 2),
-    "tabs above spaces": ("Time [s]\tu [V]\n0 1\n1 2\n", "Time [s]|u [V]", "0 1", 2),
     "words are no columns": ("t_s,u_V\nsecond run\n0,1\n1,2\n", "t_s|u_V", "0 1", 3),
     "commas and spaces above spaces": ("t_s, u_V\n0 1\n1 2\n", "t_s|u_V", "0 1", 2),
     "decimal commas in quotes": ('t_s,u_V\n"0,001","1,3"\n"0,002","-1,5e-3"\n', "t_s|u_V", "0.001 1.3", 2),
     "thousands": ('t_s,u_V,P_A_Pa\n0.001,1.3,"101,325"\n', "t_s|u_V|P_A_Pa", "0.001 1.3 101325", 2),
     "German thousands": ("t_s;P_A_Pa\n0,001;101.325,5\n0,002;1.101.325\n", "t_s|P_A_Pa", "0.001 101325.5", 2),
-    "decimal commas, semicolons": ("t_s;u_V\n0,001;1,3\n0,002;5,2\n", "t_s|u_V", "0.001 1.3", 2),
     "separators at the ends": ("t_s,u_V\n0,1,\n1,4,\n", "t_s|u_V", "0 1", 2),
     "a row of names that are units": ("s,V,mm\n0,1,2\n1,4,5\n", "s|V|mm", "0 1 2", 2),
-    "half of a row are units": ("t,u,x,y\ns,V,ok,ok\n0,1,2,3\n", "t|u|x|y", "0 1 2 3", 3),
     "a third of a row are units": ("t,u,x,y\ns,,ok,ok\n0,1,2,3\n", "s|column 2|ok|ok.4", "0 1 2 3", 3),
     "dSPACE": ("type;ControlDesk\n\ntrace_values\nx-axis;u\n;V\n0.5;1\n1;2\n", "x-axis|u", "0.5 1", 6),
     "an end": ("t_s;u_V\n0;1\n1;2\nEOF\n", "t_s|u_V", "0 1", 2),
