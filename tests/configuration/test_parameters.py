@@ -100,13 +100,8 @@ def test_nominal_flow_is_that_from_7_to_6_bar_absolute():
     by_flow = on_own_cylinder(valve={"Q_n_l_per_min": 350.0, "b": 0.3}).plant
     flow = mass_flow(by_flow.valve.k_xu * 5.0, 7e5, 6e5, 293.15, by_flow.gas)
     assert flow == pytest.approx(1.185 * 350e-3 / 60, rel=1e-12)
-    # The root of ISO 6358 in figures of its own: 60 * 7 * sqrt(1 - (0.557143 / 0.7)^2) = 254.27.
-    C = 350 / 254.27
-    by_C = on_own_cylinder(valve={"C_dm3_per_sbar": C, "b": 0.3}).plant.valve
-    assert by_flow.valve.k_xu == pytest.approx(by_C.k_xu, rel=1e-4)
     wide = on_own_cylinder(valve={"Q_n_l_per_min": 420.0, "b": 0.9}).plant  # sonic all the way
-    C = sonic_conductance(wide.valve, wide.gas)
-    assert pytest.approx(1.0) == C
+    assert sonic_conductance(wide.valve, wide.gas) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
@@ -142,17 +137,12 @@ def test_figures_of_catalogues_give_the_conductance_with_its_accuracy(key, value
     [("helium", 2.54), ("hydrogen", 3.79), ("CO2", 0.83), ("nitrogen", 1.017), ("argon", 0.80)],
 )
 def test_a_valve_keeps_its_area_with_another_gas(gas, ratio):
-    flows = [
-        choked_flow(p.valve.k_xu * p.valve.u_max, 7e5, 293.15, p.gas)
-        for p in (
-            plant_of(validated(merged(read_yaml(TEMPLATE), {"gas": name}), ()), "open")
-            for name in ("air", gas)
-        )
-    ]
-    assert flows[0] / flows[1] == pytest.approx(ratio, rel=0.01)
-    printed = merged(read_yaml(TEMPLATE), {"gas": {"sonic_coefficient": 0.0404}})  # that of the paper
-    p = plant_of(validated(printed, ()), "open")
-    assert choked_flow(p.valve.k_xu * 10, 7e5, 293.15, p.gas) == pytest.approx(1.185 * 1.5e-8 * 7e5, rel=1e-9)
+    def flow(of):
+        p = plant_of(validated(merged(read_yaml(TEMPLATE), {"gas": of}), ()), "open")
+        return choked_flow(p.valve.k_xu * p.valve.u_max, 7e5, 293.15, p.gas)
+
+    assert flow("air") / flow(gas) == pytest.approx(ratio, rel=0.01)
+    assert flow({"sonic_coefficient": 0.0404}) == pytest.approx(1.185 * 1.5e-8 * 7e5, rel=1e-9)  # the paper's
 
 
 @pytest.mark.parametrize(
@@ -225,6 +215,7 @@ def test_a_file_as_signal(tmp_path, monkeypatch):
     assert made(override).config_sha256 != before
 
 
+TWO_FLOWS = {"C_dm3_per_sbar": 1, "Q_n_l_per_min": 250, "b": 0.3}
 TWICE = {"k_p_V_per_m": 1, "variance_m2": 1e-4, "amplitude_mm": 10.0}
 ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
 
@@ -238,7 +229,7 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
         ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min, Q_nN_l_per_min, C_m3"),
         (
             {},
-            {"valve": {"C_dm3_per_sbar": 1, "Q_n_l_per_min": 250, "b": 0.3}},
+            {"valve": TWO_FLOWS},
             "own.valve.C_dm3_per_sbar = 1.0: conflicts with Q_n_l_per_min; give only one",
         ),
         ({}, {"open_loop": None}, "experiments.X.loop = 'open': needs the section cylinders.own.open_loop"),
@@ -313,12 +304,8 @@ def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
             "cylinders: {mine: {k_0_factor: 3}}",
             "k_0_factor = 3: no longer a key: write it in the experiments",
         ),
-        ("cylinders: {mine: {valve_within_percent: 3}}", "no longer a key: write it in the valve's own key"),
         ("cylinders: {mine: {mass_kg: 3 ± 1}}", "mass_kg = '3 ± 1': must be a number"),
-        (
-            "cylinders: {mine: {bore_mm: 25 ± -1}}",
-            "bore_mm = '25 ± -1': the uncertainty must be 0 to 10000 %",
-        ),
+        ("cylinders: {mine: {bore_mm: 25 ± -1}}", "'25 ± -1': the uncertainty must be 0 to 10000 %"),
         (
             "cylinders: {mine: {bore_mm: 2500 ± 1}}",
             "bore_mm = 2500.0: must be a number greater than 0 and at",

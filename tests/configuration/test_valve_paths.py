@@ -15,6 +15,7 @@ from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.reference import replay_lane
 from pneumo.simulation.replay import replay, replay_one_by_one
 
+BOTH = CURVE | {"exhaust_C_dm3_per_sbar": [1] * 7}
 STEPS = 10 * np.sign(np.sin(np.arange(1201) / 90 + 0.1)) * np.linspace(0.2, 1, 1201)
 
 
@@ -75,17 +76,16 @@ def test_runs_and_replays_of_the_core_are_those_of_the_readable_equations():
     rows = lane_array([lane(MODELS[name], 1.3, 1.4) for name in ("M2", "M8")])
     for at in (plant(curve=CURVE), plant(curve=OVERLAP), plant(exhaust_b=0.45)):
         run = pneumo.simulate(at, 1e-3, command=STEPS[:301] / 3).recording
-        side_by_side = replay(run, rows, EXACT_SAMPLING).pressure
-        np.testing.assert_allclose(
-            side_by_side, replay_one_by_one(run, rows, EXACT_SAMPLING).pressure, rtol=1e-6
+        side_by_side, one_by_one = (
+            how(run, rows, EXACT_SAMPLING).pressure for how in (replay, replay_one_by_one)
         )
+        np.testing.assert_allclose(side_by_side, one_by_one, rtol=1e-6)
         for side in pneumo.physics.cylinder.Side:
             again = replay_lane(run, lane(MODELS["M8"], 1.3, 1.4), EXACT_SAMPLING, side)
             np.testing.assert_allclose(side_by_side[1, side], again, rtol=1e-6)
     rest = pneumo.simulate(plant(curve=OVERLAP), 1e-3, command=np.zeros(3001), start="rest")
-    assert rest.P_A[-1] == pytest.approx(
-        rest.P_B[-1], rel=0.01
-    )  # between supply and atmosphere, as a half-bridge
+    # Between supply and atmosphere, as a half-bridge.
+    assert rest.P_A[-1] == pytest.approx(rest.P_B[-1], rel=0.01)
     assert 3e5 < rest.P_A[-1] < 6.9e5
 
 
@@ -140,10 +140,7 @@ def test_the_command_line_simulates_studies_and_fits_with_a_curve(inside, tmp_pa
         ({"curve": {"u_V": [-1, 1], "C_dm3_per_sbar": [0.1, 2]}}, "must be 0 at one command"),
         ({"curve": {"u_V": [0, 1], "C_dm3_per_sbar": [0, -1]}}, "at least 0"),
         ({"curve": {"u_V": [0, 1], "C_dm3_per_sbar": [0, 0]}}, "must be positive somewhere"),
-        (
-            {"curve": CURVE | {"exhaust_C_dm3_per_sbar": [1] * 7}, "exhaust_ratio": 2},
-            "conflicts with curve.exhaust",
-        ),
+        ({"curve": BOTH, "exhaust_ratio": 2}, "conflicts with curve.exhaust"),
     ],
 )
 def test_tables_that_are_none_are_refused(valve, words):

@@ -28,13 +28,8 @@ FINDINGS = [  # finding, measure, limit, changes of the claim (printed: 2.0), ag
     (Finding(0.11), "log10", 0.1, {"sense": "at_least"}, "exact"),
     (Finding(-0.2), "log10", 0.1, {"sense": "at_least"}, None),
     (Finding(0.0118), "relative", 0.02, {"printed": "0.0108", "floor": 0.001}, "close"),
-    (
-        Finding(0.0119),
-        "relative",
-        0.02,
-        {"printed": "0.0108", "floor": 0.001},
-        None,
-    ),  # the larger, not the sum
+    # The larger of the two, not the sum.
+    (Finding(0.0119), "relative", 0.02, {"printed": "0.0108", "floor": 0.001}, None),
     (Finding(2.2), "sigma", 3.0, READ_OFF, "exact"),  # off a figure: within two sigma, close within three
     (Finding(2.21), "sigma", 3.0, READ_OFF, "close"),
     (Finding(2.31), "sigma", 3.0, READ_OFF, None),

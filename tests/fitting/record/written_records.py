@@ -1,23 +1,10 @@
 """One record in every format that is read, and in what a logger would write it.
 
-| format | origin of the test file |
-| --- | --- |
-| CSV: commas, semicolons, tabs, ISO stamps, row of units; .gz | pandas (`to_csv`), header by hand |
-| CSV of TwinCAT Scope | written after Beckhoff Infosys, TE13xx, "Export to csv", and a file of case 08 |
-| CSV of Simulink's Data Inspector | written after MathWorks, "Import and Export File Format" |
-| CSV of writetimetable (and of ControlDesk, in `test_plausibility`) | written after their documentation |
-| CSV of PlotJuggler, rostopic, ROS 2 | pandas, with their names and blanks |
-| LabVIEW .lvm | written after NI, "Specification for the LabVIEW Measurement File" |
-| MATLAB 4, 7: vectors and structs | SciPy (`savemat`); structs after MathWorks's and dSPACE's documentation |
-| MATLAB 7.3, timetables | mat-io |
-| NetCDF | xarray and netCDF4 |
-| HDF5 | h5py |
-| Parquet, Feather, Excel | pandas with PyArrow and openpyxl |
-| TDMS | npTDMS |
-| MDF 4 | asammdf |
-| MCAP, .db3, .bag | rosbags |
-
-No file was written by LabVIEW, MATLAB, ControlDesk, TwinCAT or ROS themselves.
+Libraries write most of them: pandas, PyArrow, openpyxl, SciPy, mat-io, xarray, h5py, npTDMS, asammdf, rosbags.
+By hand, after the documentation of their makers: CSV of TwinCAT Scope (Beckhoff, TE13xx, and a file of case
+08), of Simulink's Data Inspector and writetimetable (MathWorks), of PlotJuggler and ROS, LabVIEW's .lvm (NI,
+"Specification for the LabVIEW Measurement File"), and the structs of MATLAB and dSPACE. No file was written by
+LabVIEW, MATLAB, ControlDesk, TwinCAT or ROS themselves.
 """
 
 import gzip
@@ -130,10 +117,8 @@ def labview(point=".", columns="One", segments=1, of=lambda name: (TIME, truth()
         names = [name for n in UNITS for name in ((["X_Value"] if n in times else []) + [n])]
         text += ("" if times else "X_Value\t") + "\t".join([*names, "Comment"]) + "\n"
         body = [column for n in UNITS for column in (parts[n] if n in times else parts[n][1:])]
-        text += (
-            "".join(f"{'' if times else chr(9)}{row}\n" for row in lines(body, "\t", point).splitlines())
-            + "\n"
-        )
+        before = "" if times else "\t"
+        text += "".join(f"{before}{row}\n" for row in lines(body, "\t", point).splitlines()) + "\n"
     return text
 
 
@@ -175,12 +160,8 @@ def controldesk():
 
 
 def time_series():
-    return matlab(
-        {
-            n: {"Name": n, "Time": slow(n)[0], "Data": slow(n)[1], "DataInfo": {"Units": UNITS[n]}}
-            for n in UNITS
-        }
-    )
+    series = {n: dict(zip(("Time", "Data"), slow(n), strict=True)) for n in UNITS}
+    return matlab({n: {"Name": n, "DataInfo": {"Units": UNITS[n]}} | series[n] for n in UNITS})
 
 
 def netcdf():
@@ -266,9 +247,8 @@ def tdms():
             "wf_start_offset": 0.0 if n == "u" else 0.1,
             "wf_start_time": start,
         }
-        channels.append(
-            nptdms.ChannelObject(f"rate {t[1]}", n, values, properties={"unit_string": UNITS[n], **wave})
-        )
+        properties = {"unit_string": UNITS[n], **wave}
+        channels.append(nptdms.ChannelObject(f"rate {t[1]}", n, values, properties=properties))
 
     def write(file):
         with nptdms.TdmsWriter(file) as writer:
@@ -292,9 +272,8 @@ def stamped():
 
 
 def clock_times():
-    return named(";", time="Zeit") + rows(
-        [f"10:{11 + int(t) // 60:02}:{t % 60:09.6f}" for t in TIME], sep=";"
-    )
+    times = [f"10:{11 + int(t) // 60:02}:{t % 60:09.6f}" for t in TIME]
+    return named(";", time="Zeit") + rows(times, sep=";")
 
 
 COMMON = {  # one rate
