@@ -14,10 +14,14 @@ from checkout import ROOT
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from typer.testing import CliRunner
+from workflow_scripts import script
 
 import pneumo
 from paper.study.paper_2006.paper import PAPER_2006
 from pneumo.cli import commands as cli
+from pneumo.configuration.parameters import load, study
+from pneumo.simulation.signals import STUDY_SAMPLINGS
+from pneumo.storage.checksums import write_sums
 from pneumo.verdict.errata import read_errata
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"
@@ -45,11 +49,24 @@ def modules_of_the_docs():
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    """Folder with results, as an example finds it; one after the other they fill it."""
-    from small_study import small_study
-
+    """Folder with the results of a study of a second, as an example finds it; the examples fill it."""
     folder = tmp_path_factory.mktemp("docs")
-    small_study(folder / "results", folder / "small.yaml")
+    results, override, names = folder / "results", folder / "small.yaml", ("E06", "E12")
+    override.write_text(f"name: small\nrun: {{experiments: [{', '.join(names)}], duration_limit_s: 1.0}}\n")
+    parameters, small = results / "parameters.json", study(load(ROOT / "config/paper.yaml", override))
+
+    def each(part: str) -> list[Path]:
+        return [results / part / f"{name}.nc" for name in names]
+
+    script("settling")(small, each("settling"), results / "settling.nc")
+    script("datum")(small, parameters, each("datum"), 1)
+    replays = [file for sampling in STUDY_SAMPLINGS for file in each(f"{sampling}/replay")]
+    script("replay")(parameters, each("datum"), replays, 2)
+    script("statistics")(parameters, [results / sampling / "statistics.nc" for sampling in STUDY_SAMPLINGS])
+    script("simulated_example")(results / "2007/example.nc")
+    verdict = results / "verdict.json"
+    script("verdict")("2006", ROOT / "paper/2006/claims.yaml", {}, verdict, verdict.with_suffix(".html"))
+    write_sums(results)
     for name in ("config", "data", "paper", "pneumo"):
         (folder / name).symlink_to(ROOT / name)
     return folder

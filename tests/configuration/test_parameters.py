@@ -321,7 +321,7 @@ def test_an_uncertainty_that_cannot_be_is_refused(tmp_path, override, line):
 
 
 TEXTS = ["1:30", "2_5", "0x10", "yes", "on", "2026-01-01", "\u0663\u0664"]
-NUMBERS = {"010": 10, "1e-7": 1e-7, "+.5": 0.5, "1.": 1.0, "-3": -3}
+NUMBERS = {"010": 10, "1e-7": 1e-7, ".5": 0.5, "1.": 1.0, "-3": -3}
 WORDS = {"true": True, "~": None, "": None, "'010'": "010"}
 
 

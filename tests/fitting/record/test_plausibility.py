@@ -167,6 +167,8 @@ def test_a_pressure_above_the_supply_is_noted_unless_the_measured_supply_is_high
     high = record._replace(P=np.array([np.where(np.arange(ROWS) < 20, 1.2 * C.P_s, P), P]))
     (note,) = above_supply(high, written.plant())
     assert "5 % of the time" in note and "0 % of that at a stop" in note
+    at_stop = high._replace(x=np.full(ROWS, written.plant().cylinder.x_max))
+    assert "100 % of that at a stop" in above_supply(at_stop, written.plant())[0]
     supplied = high._replace(P_s=np.full(ROWS, 1.3 * C.P_s))
     assert above_supply(record, written.plant()) == above_supply(supplied, written.plant()) == []
     assert above_supply(high._replace(closed=True), written.plant()) == []
