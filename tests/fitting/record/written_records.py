@@ -1,10 +1,10 @@
 """One record in every format that is read, and in what a logger would write it.
 
-Libraries write most of them: pandas, PyArrow, openpyxl, SciPy, mat-io, xarray, h5py, npTDMS, asammdf, rosbags.
+pandas, PyArrow, openpyxl, SciPy, mat-io, xarray, h5py, npTDMS, asammdf and rosbags write most of them.
 By hand, after the documentation of their makers: CSV of TwinCAT Scope (Beckhoff, TE13xx, and a file of case
 08), of Simulink's Data Inspector and writetimetable (MathWorks), of PlotJuggler and ROS, LabVIEW's .lvm (NI,
-"Specification for the LabVIEW Measurement File"), and the structs of MATLAB and dSPACE. No file was written by
-LabVIEW, MATLAB, ControlDesk, TwinCAT or ROS themselves.
+"Specification for the LabVIEW Measurement File"), and the structs of MATLAB and dSPACE. No file was written
+by LabVIEW, MATLAB, ControlDesk, TwinCAT or ROS themselves.
 """
 
 import gzip
