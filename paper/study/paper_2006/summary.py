@@ -118,8 +118,7 @@ def transport(sources: Sources) -> list[dict[str, Any]]:
         values = {model: float(mse.sel(model=model)) for model in list(PAPER_MODELS)[4:]}
         rounded = {model: six_digits(value) for model, value in values.items()}
         quotients = {
-            f"{model}/{other}": six_digits(values[model] / values[other])
-            for model, other in REFINEMENT_PAIRS
+            f"{model}/{other}": six_digits(values[model] / values[other]) for model, other in REFINEMENT_PAIRS
         }
         rows.append({"level": level, "source": name, "mse": rounded, "quotients": quotients})
     return rows
