@@ -15,7 +15,7 @@ from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.fitting.closed.closed_checks import check_closed, closed_warnings
 from pneumo.fitting.closed.closed_problem import LAWS, ClosedProblem, ClosedRecord, fitted_names
-from pneumo.fitting.engine import covariances
+from pneumo.fitting.engine import Solution, covariances
 from pneumo.fitting.estimate import alike_notes, at_temperature, error_line, ranked
 from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
 from pneumo.fitting.record.measurement import Measurement
@@ -80,9 +80,13 @@ def fit_closed(
     estimates: dict[str, Estimate] = {}
     residuals: dict[str, dict[str, Residual]] = {}
     fitted = round(part * (len(record.t) - 1)) + 1
+    near: np.ndarray | None = None  # of the last law with wall heat
     for name in LAWS if moves(record) else HELD:
         problem = closed_problem(name, record, plant, fitted, chambers)
-        estimates[name], residuals[name] = estimated(problem)
+        best = problem.solve(near)
+        if problem.law.explicit_heat:
+            near = best.theta
+        estimates[name], residuals[name] = estimated(problem, best)
         progress(error_line(name, estimates[name]))
     estimates = ranked(estimates)
     data = fit_data(measurement, estimates, REPORTED)
@@ -121,13 +125,12 @@ def closed_problem(
     )
 
 
-def estimated(problem: ClosedProblem) -> tuple[Estimate, dict[str, Residual]]:
-    """Estimate of a law, with intervals, and its residuals by chamber.
+def estimated(problem: ClosedProblem, best: Solution) -> tuple[Estimate, dict[str, Residual]]:
+    """Estimate of a law from its best fit, with intervals, and its residuals by chamber.
 
     Residuals that noise does not explain are taken for the law's own error.
     """
     record, seen, first = problem.record, list(problem.chambers), problem.fitted
-    best = problem.solve()
     pressure = np.full_like(record.P, np.nan)
     pressure[seen] = problem.replay(best.theta, len(record.t))[seen]
     residual = (record.P - pressure)[seen, :first]
