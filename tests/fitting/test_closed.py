@@ -63,7 +63,9 @@ def test_what_made_the_record_of_a_moving_piston_is_found(closed_fit):
     assert both["estimate"].min() < k_0["estimate"] < both["estimate"].max()
     assert (k_0["low"], k_0["high"]) == (both["low"].min(), both["high"].max())
     # A law without wall heat has no first temperature: a first pressure is fitted in place of it.
-    assert closed_fit.data["estimate"].sel(model="adiabatic", parameter=["T_A", "k_A", "k_0"]).isnull().all()
+    assert (
+        closed_fit.data["estimate"].sel(model="adiabatic", parameter=["T_A", "k_0_A", "k_0"]).isnull().all()
+    )
     assert not any(
         "held" in note or "are not noise" in note for note in closed_fit.notes + closed_fit.warnings
     )

@@ -263,6 +263,6 @@ def wall_text(fit: FitResult) -> str:
     """Conventions of a fit of closed chambers."""
     T, P = fit.conventions["T_wall_K"], fit.conventions["P_0_Pa"] / KILO
     return (
-        f"mean k: of the part fitted; k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by the law of the row.\n"
+        f"k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by the law of the row.\n"
         f"Assumed for the wall: {T:.5g} K; every k scales with its inverse, predictions do not depend on it"
     )
