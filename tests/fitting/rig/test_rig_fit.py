@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from independent_rig import BORE, CLOSES, OPENS, simulated
+from independent_rig import BORE, CLOSES, OPENS
 
 from paper.study.measured_air import as_skin, as_store
 from pneumo.fitting.rig.rig_file import key, rig
 from pneumo.fitting.rig.rig_fit import fit_rig, fitted_names, judged_models
-from pneumo.fitting.rig.rig_record import Points, Run, commanded, edges, pulses, vessel_run
+from pneumo.fitting.rig.rig_record import Points, Run, vessel_run
 from pneumo.fitting.rig.rig_replay import replay_run, run_errors
 
 ABOUT = {
@@ -114,15 +114,6 @@ def test_a_thermometers_lag_is_fitted_with_the_temperature():
         4, rel=1e-3
     )
     assert "T_lag" not in fitted_names(with_lag, "M8")
-
-
-def test_edges_of_a_pressure_are_those_of_its_command():
-    t, x, u, P = simulated(pulses=2)
-    by_edges, by_command = edges(P), commanded(u)
-    assert len(by_edges) == len(by_command) == len(pulses(t, x, P, u)) == 2
-    for (on, off), (told_on, told_off) in zip(by_edges, by_command, strict=True):
-        # The valve opens in 3 ms, and the hose takes some more; it closes within 4 ms.
-        assert 0 <= on - told_on < 3 and 0 < off - told_off < 12
 
 
 def test_a_vessels_own_parameters_come_back_with_the_run_and_its_replay():
