@@ -153,8 +153,6 @@ def fit(
         typer.echo(json.dumps(fitted.summary() | ({"rms_validated": validated} if errors else {}), indent=1))
     for table in [] if as_json else [*shown.fit_tables(fitted), *shown.validation_tables(errors)]:
         Console().print(table)
-    if fitted.of == "closed":
-        typer.echo(shown.wall_text(fitted), err=as_json)
     for text in fitted.warnings:
         typer.echo(f"warning: {text}", err=as_json)
     start = default_conductance(found.plant.cylinder)

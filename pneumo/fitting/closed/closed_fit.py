@@ -75,6 +75,11 @@ def fit_closed(
         notes.append(
             "the piston is held: dead volumes are as configured, and k_0 is proportional to the volume"
         )
+    at = plant.conditions
+    notes.append(
+        f"k_0 is at {at.P_0 / 1e3:.4g} kPa, {at.T_0:.5g} K and mid-stroke, by the law of the row; the wall is"
+        f" taken to have {at.T_amb:.5g} K, and every k_0 scales with its inverse"
+    )
     estimates: dict[str, Estimate] = {}
     residuals: dict[str, dict[str, Residual]] = {}
     fitted = round(part * (len(record.t) - 1)) + 1
@@ -94,11 +99,6 @@ def fit_closed(
         warnings=tuple(closed_warnings(estimates, residuals, plant)),
         held_out_from=float(measurement.t[fitted - 1]),
         of="closed",
-        conventions={
-            "closed_chambers": ", ".join(Side(side).name for side in chambers),
-            "T_wall_K": plant.conditions.T_amb,
-            "P_0_Pa": plant.conditions.P_0,
-        },
     )
 
 

@@ -257,12 +257,3 @@ def validation_tables(errors: Mapping[str, np.ndarray]) -> list[Table]:
     rows = [[name, *(f"{rms / KILO:.3g}" for rms in pair)] for name, pair in errors.items()]
     title = "Errors on the other record, of which only first pressures and temperatures were fitted"
     return [_table(title, ("model", "A (kPa)", "B (kPa)"), rows)] if rows else []
-
-
-def wall_text(fit: FitResult) -> str:
-    """Conventions of a fit of closed chambers."""
-    T, P = fit.conventions["T_wall_K"], fit.conventions["P_0_Pa"] / KILO
-    return (
-        f"k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by the law of the row.\n"
-        f"Assumed for the wall: {T:.5g} K; every k scales with its inverse, predictions do not depend on it"
-    )
