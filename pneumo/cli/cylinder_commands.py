@@ -92,7 +92,9 @@ def study(
     output: Annotated[
         Path | None, output_to("folder for study.html and study.nc [study-, with the files' names]")
     ] = None,
-    details: Annotated[bool, Option("--details", help="print the ranking and the limits assumed too")] = False,
+    details: Annotated[
+        bool, Option("--details", help="print the ranking and the limits assumed too")
+    ] = False,
 ) -> None:
     """Recommend a model for your cylinder, with its error budget and what to measure next."""
     from pneumo.errors import InputError

@@ -104,7 +104,6 @@ QUANTITIES |= {
 QUANTITIES["P_start_B"] = QUANTITIES["P_start"]._replace(
     meaning="of the other chamber before a pulse; P_s where absent", needs=("dead_volume_B",)
 )
-OF_B = tuple(name for name in QUANTITIES if name.endswith("_B"))
 AT_MOST_ONE = (("volume", "bore"), ("orifice", "valve_C_in"))
 TEXTS = {"gas": tuple(GASES), "sensor": SENSORS}
 
