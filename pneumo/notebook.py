@@ -28,7 +28,6 @@ from pneumo.equations.chamber_rate import model_row
 from pneumo.errors import InputError, printable
 from pneumo.export import exported, write_files
 from pneumo.fitting.closed.closed_fit import fit_closed
-from pneumo.fitting.closed.thermal_time_constant import since
 from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
 from pneumo.fitting.fitted_parameters import FULL_ORDER, QUANTITIES
 from pneumo.fitting.fitted_yaml import fitted_configuration
@@ -38,7 +37,7 @@ from pneumo.fitting.position_checks import position_shown
 from pneumo.fitting.record.columns import Column
 from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement, read_measurement
-from pneumo.fitting.settings import MOST_STEPS, PART
+from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS, PART
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import pair_figure, record_figure, residual_figure
 from pneumo.publish.figures.study_figures import budget_figure
@@ -405,11 +404,14 @@ def fit(
     if measurement.closed:
         for name in [name for name, given in (("models", models), ("also", also)) if given]:
             raise InputError(f"{name}: the fit of closed chambers has no such choice; leave it out")
-        rest = since(measurement, closed_from)
+        rest = measurement.since(closed_from)
+        if len(rest.u) < FEWEST_SAMPLES:
+            left = f"leaves {len(rest.u)} samples of {measurement.t[-1]:g} s"
+            raise InputError(f"--closed-from {closed_from:g} s: {left}: must be at least {FEWEST_SAMPLES}")
         result = fit_closed(rest, plant, part=part, check=not trust, progress=progress)
     else:
         if closed_from:
-            problem = "is no record of closed chambers; leave it out, or --closed A, B or both"
+            problem = "is no record of closed chambers; leave it out, or --closed both"
             raise InputError(f"--closed-from {closed_from:g} s: {measurement.name} {problem}")
         if not trust:
             for file in records:

@@ -12,7 +12,7 @@ from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.record.columns import Column
 from pneumo.fitting.rig.rig_file import Rig, factor, key, read_rig
 from pneumo.fitting.rig.rig_file import rig as read_rig_of
-from pneumo.fitting.rig.rig_fit import judged, judged_models, values_of
+from pneumo.fitting.rig.rig_fit import judged, judged_models
 from pneumo.fitting.rig.rig_record import Points, Run, read_runs
 from pneumo.fitting.rig.rig_replay import (
     ADIABATIC,
@@ -147,6 +147,12 @@ def measured_air(data: Path, progress: Callable[[str], None] = lambda _text: Non
         joined = joined.merge(_shown(fits[name], name, rig, runs[-1]))
     joined["shown"] = ("shown", list(SHOWN))
     return joined.merge(gas_spring(data / "mbari", progress))
+
+
+def values_of(fit: FitResult, rig: Rig, model: str) -> dict[str, float]:
+    """All quantities of a rig with the estimates of a model, SI units."""
+    found = {name: interval.value for name, interval in fit.estimates(model).items()}
+    return {name: low for name, (low, _) in rig.ends.items()} | found
 
 
 def kept(fit: FitResult) -> xr.Dataset:

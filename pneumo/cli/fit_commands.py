@@ -88,10 +88,7 @@ def fit(
         Option(help=f"fitted too, without prior knowledge: {', '.join(ALSO)}; may be repeated"),
     ] = None,
     closed: Annotated[
-        Literal["A", "B", "both"] | None,
-        Option(
-            help="both: fit thermal laws to closed chambers; A or B: k_0 from one chamber's transient alone"
-        ),
+        Literal["both"] | None, Option(help="fit thermal laws to both chambers, with the valve shut")
     ] = None,
     closed_from: Annotated[float, Option(min=0.0, help="time from which the chambers are closed, s")] = 0.0,
     validate: Annotated[
@@ -112,7 +109,6 @@ def fit(
     from rich.console import Console
 
     from pneumo.catalogue import default_conductance
-    from pneumo.errors import InputError
     from pneumo.fitting.record.columns import read_mapping
     from pneumo.notebook import fit as fit_records
     from pneumo.notebook import read_record
@@ -128,28 +124,6 @@ def fit(
 
     configuration = read_configuration(config, trust)
     mapping = read_mapping(columns) if columns else None
-    if closed in ("A", "B"):
-        choices = {"--json": as_json, "-o": output, "--model": model, "--also": also, "--validate": validate}
-        for option in [option for option, given in choices.items() if given]:
-            raise InputError(
-                f"{option}: --closed {closed} only prints k_0 of one chamber's transient; leave {option} out,"
-                " or --closed both"
-            )
-        for file in measurements[1:]:
-            raise InputError(f"{file}: --closed {closed} takes one record; leave it out")
-        from pneumo.configuration.parameters import study
-        from pneumo.fitting.closed.thermal_time_constant import transient
-        from pneumo.fitting.estimate import at_temperature
-        from pneumo.selection.plants import configured_plant
-
-        plant = configured_plant(study(configuration), cylinder, 1.0)
-        still = read_record(
-            measurements[0], configuration, cylinder, columns=mapping, x_from=x_from, closed=True
-        )
-        for note in still.notes:
-            say(f"note: {note}")
-        found = transient(still, at_temperature(plant, still.T), closed, closed_from)
-        return typer.echo(shown.transient_text(found))
     if output is not None:
         context.with_resource(output_folder(output))
     other = (
@@ -179,8 +153,6 @@ def fit(
         typer.echo(json.dumps(fitted.summary() | ({"rms_validated": validated} if errors else {}), indent=1))
     for table in [] if as_json else [*shown.fit_tables(fitted), *shown.validation_tables(errors)]:
         Console().print(table)
-    if fitted.of == "closed":
-        typer.echo(shown.wall_text(fitted), err=as_json)
     for text in fitted.warnings:
         typer.echo(f"warning: {text}", err=as_json)
     start = default_conductance(found.plant.cylinder)

@@ -143,7 +143,6 @@ class FitResult:
     references: Mapping[str, Reference] = field(default_factory=dict)  # of the full order's parameters
     quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
     of: Literal["cylinder", "closed", "rig"] = "cylinder"
-    conventions: Mapping[str, Any] = field(default_factory=dict)  # of closed chambers, as the file has them
 
     @property
     def models(self) -> list[str]:
@@ -257,17 +256,13 @@ class FitResult:
         lights = {"lights": self.lights} if self.lights else {}
         return {"held_out_from": self.held_out_from, "models": models} | lights | texts
 
-    def attributes(self) -> dict[str, Any]:
-        """Global attributes of the file."""
-        texts = {"notes": "\n".join(self.notes), "warnings": "\n".join(self.warnings)}
-        return {"held_out_from": self.held_out_from} | texts | dict(self.conventions)
-
     def save(self, config_sha256: str, path: Path) -> None:
         """Write the result as NetCDF; its attributes `notes` and `warnings` have a line for each text."""
         summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
         common = attributes(TITLES[self.of], summary, config_sha256)
         C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
-        write(self.data, path, self.attributes() | C | common)
+        texts = {"notes": "\n".join(self.notes), "warnings": "\n".join(self.warnings)}
+        write(self.data, path, {"held_out_from": self.held_out_from} | texts | C | common)
 
 
 def fit_data(

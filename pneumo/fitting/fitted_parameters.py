@@ -139,12 +139,6 @@ PARAMETERS: dict[str, Parameter] = {
         "cause",
         explanation="a piston area of {:.4g} mm² in chamber B (configured: {:.4g}; is the rod right?)",
     ),
-    "C_B": Parameter(
-        Quantity("the valve's side of B", "side of B over A", "1"),
-        Search(0.3, 3.0, 1.0),
-        "cause",
-        explanation="a valve whose side of B has {:.3g} times the area of that of A (configured: {:.3g})",
-    ),
     "dead_band": Parameter(
         Quantity("the valve's dead band", "dead band", "V", "V"),
         Search(0.0, 0.2, 0.0, times="valve.u_max", logarithmic=False),
@@ -239,7 +233,6 @@ SHIFTING = (*UNFITTED, *(PARAMETERS[name].quantity.name for name in CONFIGURED))
 # Found in fits of closed chambers besides n, k_0 and the dead volumes.
 OF_CLOSED_CHAMBERS = {
     **{f"k_0_{c}": Quantity(f"k_0 of {c}", f"k_0 of {c}", "W K-1", "W/K") for c in "AB"},
-    **{f"k_{c}": Quantity(f"the mean k of {c}", f"mean k of {c}", "W K-1", "W/K") for c in "AB"},
     "leak": Quantity("the leakage past the piston", "leakage A to B", "kg s-1 Pa-1", "mg/(s bar)", 1e11),
     **{f"T_{c}": Quantity(f"the first temperature of {c}", f"first T of {c}", "K", "K") for c in "AB"},
 }

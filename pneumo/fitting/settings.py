@@ -40,8 +40,6 @@ TIED = 1.5  # the same over that with the best cause, up to which both are named
 HOSE_HELPS = 0.7  # a rig's error with a hose over that without, below which one is there
 BETTER = 0.5  # error with a corrected column over that as given, below which a mistake is likely
 
-# When a closed chamber's transient can be fitted.
+# Records of closed chambers.
 FEWEST_SAMPLES = 50
 LARGEST_MOTION = 0.02  # of a piston that is held, over its stroke
-SMALLEST_CHANGE = 3.0  # of the pressure over its noise
-LONGEST_TAU = 3.0  # time constant over the record's length, above which the final pressure is unknown

@@ -108,7 +108,7 @@ def study_notes(study: Study) -> list[str]:
                     f" {1e3 * smallest:g} to {1e3 * largest:g} mm: its k_0 is an extrapolation"
                 )
             defaults.append(
-                f"{name}: k_0 = {default.k_0:.2g} W/K, {origin}; measure it with `pneumo fit --closed A`"
+                f"{name}: k_0 = {default.k_0:.2g} W/K, {origin}; measure it with `pneumo fit --closed both`"
             )
     for e in study.experiments.values():
         largest = e.excitation.amplitude * max(map(abs, e.excitation.levels), default=1.0)

@@ -93,11 +93,10 @@ def test_a_study_whose_runs_all_fail_says_so_and_writes_its_page(inside, tmp_pat
     assert (tmp_path / "study-cylinder-wild" / "study.html").exists()
 
 
-@pytest.mark.parametrize("side", ["both", "A"])
-def test_chambers_closed_after_the_end_of_the_record_are_refused(side, inside, tmp_path):
+def test_chambers_closed_after_the_end_of_the_record_are_refused(inside, tmp_path):
     inside("init")
     write_measurement(tmp_path)
-    options = ["--config", "cylinder.yaml", "--trust", "--closed", side]
+    options = ["--config", "cylinder.yaml", "--trust", "--closed", "both"]
     code, _, err = inside("fit", "bench.csv", *options, "--closed-from", 10)
     assert code == 2 and "pneumo: --closed-from 10 s: leaves 0 samples" in err
 
@@ -105,11 +104,8 @@ def test_chambers_closed_after_the_end_of_the_record_are_refused(side, inside, t
 @pytest.mark.parametrize(
     ("options", "named"),
     [
-        (["--closed", "A", "--json"], "--json"),
-        (["--closed", "B", "-o", "fitted"], "-o"),
-        (["--closed", "A", "--model", "M1"], "--model"),
-        (["--closed", "A", "--also", "b"], "--also"),
-        (["--closed", "A", "--validate", "bench.csv"], "--validate"),
+        (["--closed", "both", "--model", "M1"], "models"),
+        (["--closed", "both", "--also", "b"], "also"),
         (["--closed-from", "0.2"], "--closed-from"),
     ],
 )
@@ -117,8 +113,7 @@ def test_an_option_without_effect_is_refused(options, named, inside, tmp_path):
     inside("init")
     write_measurement(tmp_path)
     code, out, err = inside("fit", "bench.csv", "--config", "cylinder.yaml", "--trust", *options)
-    assert code == 2 and not out and err.startswith(f"pneumo: {named}") and err.count("\n") == 1
-    assert not (tmp_path / "fitted").exists()
+    assert code == 2 and not out and err.splitlines()[-1].startswith(f"pneumo: {named}")
 
 
 def write_measurement(path):

@@ -25,7 +25,6 @@ from benchmarks.fit_counts import named_causes  # noqa: E402
 from pneumo.configuration.parameters import load, study  # noqa: E402
 from pneumo.errors import InputError  # noqa: E402
 from pneumo.fitting.closed.closed_fit import fit_closed  # noqa: E402
-from pneumo.fitting.closed.thermal_time_constant import transient  # noqa: E402
 from pneumo.fitting.fit_result import FitResult  # noqa: E402
 from pneumo.fitting.rig.rig_file import QUANTITIES, factor, key, rig  # noqa: E402
 from pneumo.fitting.rig.rig_fit import judged_models  # noqa: E402
@@ -75,19 +74,12 @@ def closed(
     seed: int = 1,
     noise: float = 200.0,
     open_B: bool = False,
-    only: str = "",
 ) -> Found:
-    """`pneumo fit --closed both`, or of the chamber `only`."""
+    """`pneumo fit --closed both`."""
     plant, t = configured_plant(study(load(TEMPLATE)), "mine", 1.0), 5e-3 * np.arange(1600)
     P = pressures(truth, plant, motion, t)
     P = np.array([P[0], np.full_like(P[1], 1.2e5)]) if open_B else P
     record = measured(motion(t), P, 5e-3, seed, noise)
-    if only:
-        one = transient(record, plant, only, 0.6)
-        values = {"tau": (one.tau, one.tau_low, one.tau_high), "k_0": (one.k_0, one.k_0_low, one.k_0_high)}
-        numbers = {name: [_number(value) for value in row] for name, row in values.items()}
-        true = {"k_0": _number(truth.k_0["AB".index(only)])}
-        return {"causes": [], "warned": False, "models": {"transient": numbers}, "truth": true}
     pairs = zip("AB", truth.k_0, truth.V_d, strict=True)
     of_sides = {
         name: value for side, k, V in pairs for name, value in ((f"k_0_{side}", k), (f"V_d_{side}", V))
@@ -171,8 +163,6 @@ CASES: dict[str, Callable[[], Found]] = {
     "closed held leaking": partial(closed, EVEN._replace(leak=5e-10), compressed, seed=5),
     "closed open B": partial(closed, EVEN, seed=6, open_B=True),
     "closed weak wall": partial(closed, EVEN._replace(k_0=(0.02, 0.02)), seed=7),
-    "closed transient A": partial(closed, EVEN, compressed, seed=8, only="A"),
-    "closed transient B": partial(closed, EVEN, compressed, seed=8, only="B"),
     "rig no hose": partial(pulse, OF_RIG, hose=False, seed=1),
     "rig hose": partial(pulse, OF_RIG | HOSE),
     "rig hose left out": partial(pulse, OF_RIG, seed=2),

@@ -1,4 +1,4 @@
-"""Estimates, intervals and named causes of 60 synthetic records are those that were accepted."""
+"""Estimates, intervals and named causes of synthetic records are those that were accepted."""
 
 import json
 
@@ -11,7 +11,6 @@ BRIEF = {
     "fit undisturbed 5",
     "fit unit",
     "closed held",
-    "closed transient A",
     "rig tank",
     "rig hose left out",
 }

@@ -12,10 +12,8 @@ from pneumo.fitting.fit_result import (
     FitResult,
     FitWarning,
     Reference,
-    equally_good,
     fit_data,
     judged,
-    rms_of_chambers,
 )
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.statistics.intervals import Interval
@@ -73,13 +71,6 @@ def test_a_line_says_where_the_record_adds_little_to_the_configuration():
     fits = {"full": model({"T_in": 293.0, "k_0": 0.5}, 500.0, factor=1.01)}
     fit = result(fits, references={"T_in": Reference(131.0, 6.0)})
     assert fit.lights["T_in"] == "yellow" and fit.reasons == {"T_in": ADDS_LITTLE}
-
-
-def test_models_within_5_percent_of_the_best_are_equally_good():
-    fits = {"M8": model({}, 1000.0), "M9": model({}, 1049.0), "M7": model({}, 1051.0)}
-    assert equally_good(fits) == ["M8", "M9"]
-    assert rms_of_chambers(np.array([3.0, 4.0])) == pytest.approx(12.5**0.5)
-    assert rms_of_chambers(np.array([3.0, np.nan])) == 3.0
 
 
 def test_a_warning_colours_what_it_names_and_one_that_names_nothing_all():

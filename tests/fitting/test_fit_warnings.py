@@ -15,7 +15,6 @@ from pneumo.fitting.fit_problem import FULL, Problem
 from pneumo.fitting.fit_result import Estimate, equally_good
 from pneumo.fitting.fit_warnings import (
     disagreements,
-    doubtful,
     fit_warnings,
     odd_values,
     parameter_warnings,
@@ -25,7 +24,6 @@ from pneumo.fitting.fitted_parameters import ALSO, REPORTED
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.fitting.residuals import Residual
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
@@ -70,15 +68,6 @@ def test_full_order_fit_gives_the_rig_back_and_nothing_is_doubted(sound, plant):
     assert found.values["lag"] + found.values["dead_time"] == pytest.approx(3e-3, abs=1e-4)
     assert found.values["null"] == pytest.approx(0.1, abs=0.01)
     assert fit_warnings(problem, found) == []
-
-
-def test_residuals_that_move_nothing_beyond_the_interval_are_no_doubt():
-    split = [Residual(1e3, 500.0, 1e3)] * 2
-    assert doubtful(split, {"k_0": 0.2}, {"k_0": 0.1})
-    assert not doubtful(split, {"k_0": 0.2}, {"k_0": 0.3})  # a wide interval says it already
-    assert doubtful(split, {"k_0": 0.2, "k_xu": 0.05}, {"k_0": 0.3, "k_xu": 0.01})
-    assert not doubtful(split, {"k_0": 0.1}, {})
-    assert not doubtful(split, {"k_0": 0.2}, {}, least=600.0)
 
 
 DEFAULT = f"2.5 times the default of {100 * DEAD_FRACTION:g} % of half the stroke, since none is configured"

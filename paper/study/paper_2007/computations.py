@@ -9,7 +9,7 @@ from paper.study import functions_returning
 from paper.study.paper_2006 import equation_checks as equations
 from paper.study.paper_2007 import simulated_example as example
 from paper.study.paper_2007.results import Results
-from pneumo.fitting.closed.thermal_time_constant import mean_pressure
+from paper.study.paper_2007.seven_steps import mean_pressure
 from pneumo.verdict.sources import Computation, Finding
 
 WALL = 2e-3  # m, ASSUME: thickness of a cylinder's wall

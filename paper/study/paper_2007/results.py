@@ -10,9 +10,8 @@ import xarray as xr
 from scipy.optimize import minimize
 
 from paper.study.paper_2007.printed_tables import PrintedNumber, table1, tables_2_to_5
-from paper.study.paper_2007.seven_steps import seven_steps
+from paper.study.paper_2007.seven_steps import mean_pressure, seven_steps
 from paper.study.paper_2007.simulated_example import P_0, T_0, R
-from pneumo.fitting.closed.thermal_time_constant import mean_pressure
 from pneumo.storage.files import read
 
 INPUTS = ("P_i", "S_i", "S_f", "P_f", "delta_P", "tau", "T_av")  # of Tables 2 to 4

@@ -8,11 +8,23 @@ time, converts them to ``k_0`` and ``lambda_0``. Steps 2 to 7 take floats and Nu
 from math import log
 from typing import Any, NamedTuple
 
-from pneumo.fitting.closed.thermal_time_constant import SETTLED, mean_pressure
+import numpy as np
+from scipy.optimize import least_squares
+
 from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import wetted_area
 
 Value = Any  # a float, or an array of them
+
+SETTLED = 0.01  # fraction of the change of pressure that is left after the settling time
+
+
+class Exponential(NamedTuple):
+    """Least-squares fit of P = P_f + delta_P exp(-t / tau): step 1."""
+
+    P_f: float  # Pa, final pressure
+    delta_P: float  # Pa, pressure at first less P_f
+    tau: float  # s, thermal time constant
 
 
 class Conductance(NamedTuple):
@@ -29,6 +41,29 @@ class Conductance(NamedTuple):
     T_av: Value  # K, mean temperature over it
     lambda_0: Value  # W/(m^2 K), coefficient at P_0 and T_0
     k_0: Value  # W/K, conductance at P_0 and T_0
+
+
+def exponential(t: np.ndarray, P: np.ndarray, P_f: float | None = None) -> Exponential:
+    """Fit P_f + delta_P exp(-t / tau) to a pressure, Pa, at times from 0 on, s; `P_f` may be given."""
+    third = len(P) // 3
+    last = float(P[-third:].mean()) if P_f is None else P_f
+    guess = [last, P[: max(1, third // 10)].mean() - last, np.log(float(t[-1]) / 5)]
+    free = slice(0 if P_f is None else 1, 3)
+
+    def curve(theta: np.ndarray) -> np.ndarray:
+        final = theta[0] if P_f is None else P_f
+        return final + theta[-2] * np.exp(-t * np.exp(-theta[-1]))
+
+    optimum = least_squares(
+        lambda theta: curve(theta) - P, guess[free], x_scale=[1e5, 1e5, 1.0][free], xtol=1e-12, ftol=1e-12
+    )
+    final = float(optimum.x[0]) if P_f is None else P_f
+    return Exponential(final, float(optimum.x[-2]), float(np.exp(optimum.x[-1])))
+
+
+def mean_pressure(P_f: Value, delta_P: Value) -> Value:
+    """Mean of the fitted pressure over the settling time to 1 per cent, Pa: step 6."""
+    return P_f + delta_P * (1 - SETTLED) / log(1 / SETTLED)
 
 
 def seven_steps(

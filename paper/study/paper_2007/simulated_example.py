@@ -12,8 +12,7 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from paper.study.paper_2007.seven_steps import Conductance, seven_steps
-from pneumo.fitting.closed.thermal_time_constant import Exponential, exponential
+from paper.study.paper_2007.seven_steps import Conductance, Exponential, exponential, seven_steps
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import Cylinder, Side, chamber_of, heat_area, volume, wetted_area
 

@@ -1,13 +1,12 @@
 """Thermal laws fitted to a measurement of closed chambers, with a piston that moves or is held.
 
 Pressures give the gas's temperature only as a ratio to the wall's, which is measured or configured: all
-conductances are inversely proportional to the wall's temperature. `k_A` is the mean conductance in the part
-fitted, by the law itself; `k_0_A` is the law's conductance at P_0, T_0 and in mid-stroke, where
-configurations state it. The law "wall heat, area and root of PT" is that of the full order.
+conductances are inversely proportional to the wall's temperature. `k_0_A` is the law's conductance at P_0,
+T_0 and in mid-stroke, where configurations state it. The law "wall heat, area and root of PT" is that of the
+full order.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -15,17 +14,16 @@ from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.fitting.closed.closed_checks import check_closed, closed_warnings
 from pneumo.fitting.closed.closed_problem import LAWS, ClosedProblem, ClosedRecord, fitted_names
-from pneumo.fitting.engine import covariances
+from pneumo.fitting.engine import Solution, covariances
 from pneumo.fitting.estimate import alike_notes, at_temperature, error_line, ranked
 from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import Residual, split_residuals
 from pneumo.fitting.settings import LARGEST_MOTION, PART
 from pneumo.fitting.stage_signals import smoothed
-from pneumo.physics.chamber import wall_conductance
 from pneumo.physics.cylinder import Side, chamber_of, volume
 
-REPORTED = ("n", "k_0", "k_0_A", "k_0_B", "k_A", "k_B", "V_d_A", "V_d_B", "leak", "T_A", "T_B")
+REPORTED = ("n", "k_0", "k_0_A", "k_0_B", "V_d_A", "V_d_B", "leak", "T_A", "T_B")
 HELD = ("wall heat, constant", "wall heat, area and root of PT")  # laws that differ where the piston is held
 MOST_SAMPLES = 4000  # of a chamber in the sum of squares
 
@@ -77,12 +75,21 @@ def fit_closed(
         notes.append(
             "the piston is held: dead volumes are as configured, and k_0 is proportional to the volume"
         )
+    at = plant.conditions
+    notes.append(
+        f"k_0 is at {at.P_0 / 1e3:.4g} kPa, {at.T_0:.5g} K and mid-stroke, by the law of the row; the wall is"
+        f" taken to have {at.T_amb:.5g} K, and every k_0 scales with its inverse"
+    )
     estimates: dict[str, Estimate] = {}
     residuals: dict[str, dict[str, Residual]] = {}
     fitted = round(part * (len(record.t) - 1)) + 1
+    near: np.ndarray | None = None  # of the last law with wall heat
     for name in LAWS if moves(record) else HELD:
         problem = closed_problem(name, record, plant, fitted, chambers)
-        estimates[name], residuals[name] = estimated(problem)
+        best = problem.solve(near)
+        if problem.law.explicit_heat:
+            near = best.theta
+        estimates[name], residuals[name] = estimated(problem, best)
         progress(error_line(name, estimates[name]))
     estimates = ranked(estimates)
     data = fit_data(measurement, estimates, REPORTED)
@@ -92,11 +99,6 @@ def fit_closed(
         warnings=tuple(closed_warnings(estimates, residuals, plant)),
         held_out_from=float(measurement.t[fitted - 1]),
         of="closed",
-        conventions={
-            "closed_chambers": ", ".join(Side(side).name for side in chambers),
-            "T_wall_K": plant.conditions.T_amb,
-            "P_0_Pa": plant.conditions.P_0,
-        },
     )
 
 
@@ -121,13 +123,12 @@ def closed_problem(
     )
 
 
-def estimated(problem: ClosedProblem) -> tuple[Estimate, dict[str, Residual]]:
-    """Estimate of a law, with intervals, and its residuals by chamber.
+def estimated(problem: ClosedProblem, best: Solution) -> tuple[Estimate, dict[str, Residual]]:
+    """Estimate of a law from its best fit, with intervals, and its residuals by chamber.
 
     Residuals that noise does not explain are taken for the law's own error.
     """
     record, seen, first = problem.record, list(problem.chambers), problem.fitted
-    best = problem.solve()
     pressure = np.full_like(record.P, np.nan)
     pressure[seen] = problem.replay(best.theta, len(record.t))[seen]
     residual = (record.P - pressure)[seen, :first]
@@ -140,11 +141,12 @@ def estimated(problem: ClosedProblem) -> tuple[Estimate, dict[str, Residual]]:
         low["leak"] = np.nan_to_num(low["leak"])  # its search begins at zero
     # Fitted parameter, and factor from it, by reported name.
     reported: dict[str, tuple[str, float]] = {name: (name, 1.0) for name in REPORTED if name in low}
-    for side, mean in mean_conductances(problem, best.theta).items():
-        if f"k_{side}" in low:
-            reported |= {f"k_{side}": (f"k_{side}", mean), f"k_0_{side}": (f"k_{side}", 1.0)}
-        if f"start_{side}" in low and problem.law.explicit_heat:
-            reported[f"T_{side}"] = f"start_{side}", record.T_wall
+    if problem.law.explicit_heat:
+        for side in (Side(side).name for side in seen):
+            reported[f"k_0_{side}"], reported[f"T_{side}"] = (
+                (f"k_{side}", 1.0),
+                (f"start_{side}", record.T_wall),
+            )
     values, low, high = (
         {name: factor * numbers[fitted] for name, (fitted, factor) in reported.items()}
         for numbers in (values, low, high)
@@ -159,21 +161,3 @@ def estimated(problem: ClosedProblem) -> tuple[Estimate, dict[str, Residual]]:
         low["k_0"], high["k_0"] = min(low[name] for name in sides), max(high[name] for name in sides)
     estimate = Estimate(values, low, high, *problem.errors(pressure), pressure)
     return estimate, {Side(side).name: part for side, part in zip(seen, split, strict=True)}
-
-
-def mean_conductances(problem: ClosedProblem, theta: np.ndarray) -> dict[str, float]:
-    """Ratio of the mean conductance to the fitted one, by chamber.
-
-    The fitted conductance holds at P_0, T_0 and in mid-stroke.
-    """
-    record, law, values = problem.record, problem.law, problem.values(theta)
-    P, V = problem.replay(theta, problem.fitted), problem.volumes(values)[:, : problem.fitted]
-    leaked = values["leak"] * record.h * np.cumsum(P[0] - P[1])
-    result: dict[str, float] = {}
-    for side in Side:
-        PV, start = P[side] * V[side], values.get(f"start_{side.name}", 1.0)
-        mass = PV[0] / (record.R * record.T_wall * start) - side.sign * leaked
-        PT = P[side] * PV / (mass * record.R) / record.PT_0
-        ratio: Any = record.area_ratio[side, : problem.fitted]
-        result[side.name] = float(np.mean(wall_conductance(1.0, ratio, PT, law.e_A, law.e_PT)))  # (7), (8)
-    return result

@@ -105,13 +105,15 @@ class ClosedProblem(WithoutPrior):
         """Value of a parameter on the scale of the search, from that over its scale."""
         return float(np.log(over_scale)) if name in self.logarithmic else over_scale
 
-    def solve(self) -> Solution:
-        """Lowest minimum from a start with next to no leak, and from one with a leak."""
+    def solve(self, near: np.ndarray | None = None) -> Solution:
+        """Lowest minimum from a start with next to no leak, from one with a leak, and from `near`."""
         leaks = LEAKS_AT_START if "leak" in self.names else (0.0,)
         starts = [{**self.guess, "leak": leak} for leak in leaks]
         thetas = [
             np.array([self.search(name, start.get(name, 1.0)) for name in self.names]) for start in starts
         ]
+        if near is not None and self.law.explicit_heat:
+            thetas.append(near)
         return min((solve(self, theta) for theta in thetas), key=lambda found: found.squares)
 
     def bounds(self) -> np.ndarray:

@@ -75,28 +75,10 @@ QUANTITIES: dict[str, Quantity] = {
     "valve_closing_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that closes it"),
     "valve_opening": Quantity("ms", 0.01, 1e4, 1, "time that it takes to open"),
     "valve_closing": Quantity("ms", 0.01, 1e4, 1, "time that it takes to close"),
-    "silencer_volume": Quantity(
-        "mL", 0.01, 1e6, None, "of a silencer behind each exhaust of the valve", ("silencer_C", "valve_C_out")
-    ),
-    "silencer_C": Quantity(
-        "dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance to the atmosphere", ("silencer_volume",)
-    ),
-    "silencer_b": Quantity(
-        "", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("silencer_volume",)
-    ),
     "orifice": Quantity("mm", 1e-3, 1e3, None, "diameter of an opening to the surroundings, never shut"),
     "C_d": Quantity("", 1e-3, 10, 1, "its discharge coefficient"),
     "orifice_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("orifice",)),
     "P_s": Quantity("bar", 0.01, 500, None, "absolute supply pressure", ("valve_C_in",)),
-    "supply_volume": Quantity(
-        "L", 1e-6, 1e6, None, "of a supply that sags; infinite where absent", ("regulator_C", "valve_C_in")
-    ),
-    "regulator_C": Quantity(
-        "dm3_per_sbar", 1e-4, 1e3, None, "from a source at P_s into that volume", ("supply_volume",)
-    ),
-    "regulator_b": Quantity(
-        "", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("supply_volume",)
-    ),
     "P_surroundings": Quantity("bar", 1e-3, 500, 1.01325, "absolute pressure of the atmosphere"),
     "T_surroundings": Quantity("K", 100, 1000, 293.15, "of walls, supply and atmosphere"),
     "P_start": Quantity("bar", 1e-3, 500, None, "before the first sample; the surroundings' where absent"),
@@ -105,14 +87,12 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "T_lag": Quantity("s", 0, 1e3, 0, "lag of the thermometer in the gas, of first order"),
     "dead_volume_B": Quantity(
-        *(
-            "mL",
-            0.01,
-            1e7,
-            None,
-            "of the other chamber on the same 5/2 valve, at the largest x of the record",
-        ),
-        needs=("bore", "valve_C_in"),
+        "mL",
+        0.01,
+        1e7,
+        None,
+        "of the other chamber on the same valve, at the largest x",
+        ("bore", "valve_C_in"),
     ),
 }
 SHARED = ("rod", "k_0", "hose_volume", "hose_C", "valve_C_in", "valve_C_out", "T_start")  # by both chambers
@@ -124,7 +104,6 @@ QUANTITIES |= {
 QUANTITIES["P_start_B"] = QUANTITIES["P_start"]._replace(
     meaning="of the other chamber before a pulse; P_s where absent", needs=("dead_volume_B",)
 )
-OF_B = tuple(name for name in QUANTITIES if name.endswith("_B"))
 AT_MOST_ONE = (("volume", "bore"), ("orifice", "valve_C_in"))
 TEXTS = {"gas": tuple(GASES), "sensor": SENSORS}
 

@@ -278,9 +278,3 @@ def unphysical(rig: Rig, estimates: Mapping[str, Estimate]) -> list[str]:
 def thinned(points: Points) -> Points:
     """Every k-th of some points, so that at most `MOST_SHOWN` remain."""
     return points.part(np.arange(len(points.t)) % max(1, -(-len(points.t) // MOST_SHOWN)) == 0)
-
-
-def values_of(fit: FitResult, rig: Rig, model: str) -> dict[str, float]:
-    """All quantities of a rig with the estimates of a model, SI units."""
-    found = {name: interval.value for name, interval in fit.estimates(model).items()}
-    return {name: low for name, (low, _) in rig.ends.items()} | found

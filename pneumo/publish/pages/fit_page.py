@@ -11,7 +11,6 @@ from pneumo.publish.text.terminal_tables import (
     fit_heads,
     fit_rows,
     rig_rows,
-    wall_text,
 )
 
 # Class and symbol of a light.
@@ -33,7 +32,6 @@ def fit_page(fit: FitResult, name: str) -> str:
         duration=f"{fit.data['t'].values[-1]:.4g}",
         held_out_from=f"{fit.held_out_from:.4g}",
         warnings=fit.warnings,
-        valve=wall_text(fit) if fit.of == "closed" else "",
         notes=fit.notes,
         answer=answer_text(fit),
         misfit=misfit_text(fit),

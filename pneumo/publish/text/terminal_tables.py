@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
-from typing import TYPE_CHECKING
 
 import numpy as np
 from rich import box
@@ -17,9 +16,6 @@ from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, signifi
 from pneumo.selection.answer import Answer, Contender, export_command
 from pneumo.statistics.intervals import Interval
 from pneumo.statistics.ranking import RankedModel
-
-if TYPE_CHECKING:
-    from pneumo.fitting.closed.thermal_time_constant import Transient  # seconds of imports, for one table
 
 
 def _table(
@@ -261,23 +257,3 @@ def validation_tables(errors: Mapping[str, np.ndarray]) -> list[Table]:
     rows = [[name, *(f"{rms / KILO:.3g}" for rms in pair)] for name, pair in errors.items()]
     title = "Errors on the other record, of which only first pressures and temperatures were fitted"
     return [_table(title, ("model", "A (kPa)", "B (kPa)"), rows)] if rows else []
-
-
-def wall_text(fit: FitResult) -> str:
-    """Conventions of a fit of closed chambers."""
-    T, P = fit.conventions["T_wall_K"], fit.conventions["P_0_Pa"] / KILO
-    return (
-        f"mean k: of the part fitted; k_0: at {P:.4g} kPa, {T:.5g} K and mid-stroke by the law of the row.\n"
-        f"Assumed for the wall: {T:.5g} K; every k scales with its inverse, predictions do not depend on it"
-    )
-
-
-def transient_text(transient: "Transient") -> str:
-    """Conductance from the transient of a closed chamber, on three lines."""
-    tau = ends_text(transient.tau_low, transient.tau_high)
-    k_0 = f"{significant(transient.k_0)} W/K ({ends_text(transient.k_0_low, transient.k_0_high)})"
-    return (
-        f"thermal time constant  {significant(transient.tau)} s ({tau})\n"
-        f"k_av = m c_v / tau     {significant(transient.k_av)} W/K, at {transient.P_inf / KILO:.4g} kPa\n"
-        f"k_0, square-root law   {k_0}; rms residual {transient.rms:.3g} Pa"
-    )
