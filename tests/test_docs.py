@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 import pneumo
 from paper.study.paper_2006.paper import PAPER_2006
 from pneumo.cli import commands as cli
+from pneumo.storage.checksums import write_sums
 from pneumo.verdict.errata import read_errata
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"
@@ -50,6 +51,7 @@ def folder(tmp_path_factory) -> Path:
 
     folder = tmp_path_factory.mktemp("docs")
     small_study(folder / "results", folder / "small.yaml")
+    write_sums(folder / "results")
     for name in ("config", "data", "paper", "pneumo"):
         (folder / name).symlink_to(ROOT / name)
     return folder
