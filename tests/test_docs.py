@@ -181,7 +181,7 @@ def test_the_scheme_of_a_rig_shows_every_volume_and_restriction():
     texts = {text.text for text in drawing.iter("text")}
     shown = "volume$|_C|_b|^k_0|^store|bore|orifice"
     parts = {name for name in QUANTITIES if re.search(shown, name) and not name.endswith("_B")}
-    assert parts <= texts and {"valve_C_out", "hose_volume", "k_0"} <= parts
+    assert parts <= texts and {"regulator_C", "hose_volume", "k_0"} <= parts
 
 
 def test_architecture_lists_the_rooms_in_the_order_of_the_import_contract():

@@ -79,6 +79,15 @@ QUANTITIES: dict[str, Quantity] = {
     "C_d": Quantity("", 1e-3, 10, 1, "its discharge coefficient"),
     "orifice_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("orifice",)),
     "P_s": Quantity("bar", 0.01, 500, None, "absolute supply pressure", ("valve_C_in",)),
+    "supply_volume": Quantity(
+        "L", 1e-6, 1e6, None, "of a supply that sags; infinite where absent", ("regulator_C", "valve_C_in")
+    ),
+    "regulator_C": Quantity(
+        "dm3_per_sbar", 1e-4, 1e3, None, "from a source at P_s into that volume", ("supply_volume",)
+    ),
+    "regulator_b": Quantity(
+        "", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("supply_volume",)
+    ),
     "P_surroundings": Quantity("bar", 1e-3, 500, 1.01325, "absolute pressure of the atmosphere"),
     "T_surroundings": Quantity("K", 100, 1000, 293.15, "of walls, supply and atmosphere"),
     "P_start": Quantity("bar", 1e-3, 500, None, "before the first sample; the surroundings' where absent"),

@@ -1,4 +1,4 @@
-"""A run of a rig as a model replays it: chambers and lines as a network of gas."""
+"""A run of a rig as a model replays it: chambers, lines and supply as a network of gas."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -9,9 +9,9 @@ from scipy.signal import lfilter
 from pneumo.fitting.rig.rig_file import Rig
 from pneumo.fitting.rig.rig_record import Points, Run
 from pneumo.physics.cylinder import wetted_area
-from pneumo.physics.models import MODELS, full_order_lane, lane
+from pneumo.physics.models import MODELS, full_order_lane
 from pneumo.physics.valve import choked_flow
-from pneumo.simulation.gas_network import Link, Node, replay
+from pneumo.simulation.gas_network import Link, Node, law, replay
 
 ADIABATIC = "full order, adiabatic"
 FULL = {  # full order by its wall: exponents of A_q / A_q0 and of PT / (P_0 T_0)
@@ -68,19 +68,21 @@ class RigReplay(NamedTuple):
 def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
     """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K.
 
-    Nodes of the network are chambers and their lines.
+    Nodes of the network are chambers, their lines, and the supply.
     """
     v, gas, t, is_open = values, rig.gas, run.t, valve_opening(rig, values, run)
     T_amb, P_atm = v["T_surroundings"], v["P_surroundings"]
     C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
     row = MODELS.get(model)
-    law = lane(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, 1.0, *FULL[model])
+    lane = law(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, 1.0, *FULL[model])
     warm = model != ADIABATIC
     sides = ("", "_B") if rig.has("dead_volume_B") else ("",)
     has_valve = rig.has("valve_C_in")
+    supplied = has_valve and rig.has("supply_volume")
     lines = len(sides) * rig.has("hose_volume")
-    count = len(sides) + lines
-    atmosphere, supply = count, count + 1  # the surroundings follow the nodes
+    count = len(sides) + lines + supplied
+    atmosphere, source = count, count + 1  # the surroundings follow the nodes
+    supply = count - 1 if supplied else source
     surroundings = [(P_atm, T_amb), (v["P_s"], T_amb)] if has_valve else [(P_atm, T_amb)]
 
     def of(name: str, side: str) -> float:
@@ -93,7 +95,7 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
         P_start = v["P_start"] if not side else v.get("P_start_B", v["P_s"])
         T_start = of("T_start", side)
         walls = [of("k_0", side), *(v[name] for name in WALL[1:4])]
-        chamber = Node(law, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
+        chamber = Node(lane, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
         nodes.append(chamber)
         ratio = np.ones_like(t)
         if rig.has("volume"):
@@ -122,6 +124,11 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
             areas += [C * of("valve_C_in", side) * to_supply, C * of("valve_C_out", side) * (1.0 - to_supply)]
     nodes += hoses
     volumes += hose_volumes
+    if supplied:
+        nodes.append(Node(law(None, 1.0, gas.gamma), v["P_s"], T_amb, v["P_s"], T_amb, T_amb))
+        volumes.append(np.full_like(t, v["supply_volume"]))
+        links.append(Link(source, supply, v.get("regulator_b", np.nan)))
+        areas.append(np.full_like(t, C * v["regulator_C"]))
     ratios += [np.ones_like(t)] * (count - len(sides))
     network = nodes, links, surroundings, np.array(volumes), np.array(areas)
     states = replay(*network, gas, run.h, np.array(ratios))

@@ -45,6 +45,7 @@ def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both(tmp_path):
         (TANK | VALVE, "orifice_mm: conflicts with valve_C_in_dm3_per_sbar"),
         (CHAMBER | {"hose_volume_mL": 3}, "hose_volume_mL: needs hose_C_dm3_per_sbar, which is missing"),
         ({"volume_L": 1, "valve_C_in_dm3_per_sbar": 1}, "needs valve_C_out_dm3_per_sbar, which is missing"),
+        (TANK | {"supply_volume_L": 3, "regulator_C_dm3_per_sbar": 1}, "needs valve_C_in_dm3_per_sbar"),
         *(
             (CHAMBER | {key(name): QUANTITIES[name].high}, f"{key(name)}: needs {key('dead_volume_B')}")
             for name in QUANTITIES

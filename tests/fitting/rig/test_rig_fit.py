@@ -60,6 +60,14 @@ def test_of_the_other_chamber_what_is_not_named_is_as_of_the_first():
         assert np.abs(other[1] - usual[1]).max() > 1e3, name
 
 
+def test_a_supply_that_sags_is_shared_by_both_chambers():
+    about = KNOWN | {"supply_volume_L": 0.2, "regulator_C_dm3_per_sbar": 0.05, "k_0_W_per_K": 0.5}
+    alone = replayed(about, driven())[0]
+    with_other = replayed(about | {"dead_volume_B_mL": 20}, driven())[0]
+    # What the other chamber drew before the valve switched, and draws after, is missing in this one.
+    assert np.abs(with_other - alone).max() > 1e3
+
+
 def test_a_skin_of_the_wall_is_a_store_beside_the_gas_with_other_numbers():
     about = {**TANK, "C_d": 0.8}
     skin = {"store_k": 5.0, "store_back": 3.0, "store_c": 40.0, "k_0": 0.0}
