@@ -87,6 +87,6 @@ DISTURBANCES = {
     "play": Disturbance("hysteresis 1 %", rig=_rig(hysteresis=0.005 * U_MAX), cause="hysteresis"),
     "piston": Disturbance("piston leak 2 %", rig=_rig(piston_leak=0.02), cause="piston_leak"),
     "leak": Disturbance("valve leak 2 %", rig=_rig(valve_leak=0.02), cause="valve_leak"),
-    "side": Disturbance("valve's side B 15 % smaller", rig=_rig(side_B=0.85)),
+    "side": Disturbance("valve's side B 15 % smaller", rig=_rig(side_B=0.85), cause="C_B"),
     "warm": Disturbance("T_amb drifts 7 K", rig=_rig(warming=0.7), cause="drift"),
 }

@@ -244,13 +244,15 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
         u = behind_valve(signals.u, signals.h, value)
         P_s = sagging_supply(signals, u, plant, value["sag"]) if "sag" in value else signals.P_s
         sets = *steps, start[rows], start_T[rows], P_s, T_in[rows], exhaust[rows]
-        motions = [motion, motion]
+        motions, of_B = [motion, motion], plant
+        if "C_B" in value:
+            of_B = plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
         if LEAKS & value.keys():
             leaked = leaked_volume(signals, plant, value)
             motions = [with_leak(motion, plant, leaked, side) for side in range(2)]
         result[rows] = pressures_of_sets(u, motions[0][None], lanes[rows], V_d[rows], plant, *sets)[0]
-        if motions[1] is not motion:
-            other = pressures_of_sets(u, motions[1][None], lanes[rows], V_d[rows], plant, *sets)[0]
+        if of_B is not plant or motions[1] is not motion:
+            other = pressures_of_sets(u, motions[1][None], lanes[rows], V_d[rows], of_B, *sets)[0]
             result[rows, 1] = other[:, 1]
         result[rows] = as_logged(result[rows], signals.period, value)
     return result + np.array([offsets(value) for value in values])

@@ -75,6 +75,15 @@ QUANTITIES: dict[str, Quantity] = {
     "valve_closing_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that closes it"),
     "valve_opening": Quantity("ms", 0.01, 1e4, 1, "time that it takes to open"),
     "valve_closing": Quantity("ms", 0.01, 1e4, 1, "time that it takes to close"),
+    "silencer_volume": Quantity(
+        "mL", 0.01, 1e6, None, "of a silencer behind each exhaust of the valve", ("silencer_C", "valve_C_out")
+    ),
+    "silencer_C": Quantity(
+        "dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance to the atmosphere", ("silencer_volume",)
+    ),
+    "silencer_b": Quantity(
+        "", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("silencer_volume",)
+    ),
     "orifice": Quantity("mm", 1e-3, 1e3, None, "diameter of an opening to the surroundings, never shut"),
     "C_d": Quantity("", 1e-3, 10, 1, "its discharge coefficient"),
     "orifice_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("orifice",)),
@@ -96,12 +105,14 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "T_lag": Quantity("s", 0, 1e3, 0, "lag of the thermometer in the gas, of first order"),
     "dead_volume_B": Quantity(
-        "mL",
-        0.01,
-        1e7,
-        None,
-        "of the other chamber on the same valve, at the largest x",
-        ("bore", "valve_C_in"),
+        *(
+            "mL",
+            0.01,
+            1e7,
+            None,
+            "of the other chamber on the same 5/2 valve, at the largest x of the record",
+        ),
+        needs=("bore", "valve_C_in"),
     ),
 }
 SHARED = ("rod", "k_0", "hose_volume", "hose_C", "valve_C_in", "valve_C_out", "T_start")  # by both chambers

@@ -1,4 +1,4 @@
-"""A run of a rig as a model replays it: chambers, lines and supply as a network of gas."""
+"""A run of a rig as a model replays it: chambers, lines, silencers and supply as a network of gas."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -68,7 +68,7 @@ class RigReplay(NamedTuple):
 def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
     """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K.
 
-    Nodes of the network are chambers, their lines, and the supply.
+    Nodes of the network are chambers, their lines, silencers, and the supply.
     """
     v, gas, t, is_open = values, rig.gas, run.t, valve_opening(rig, values, run)
     T_amb, P_atm = v["T_surroundings"], v["P_surroundings"]
@@ -80,7 +80,8 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
     has_valve = rig.has("valve_C_in")
     supplied = has_valve and rig.has("supply_volume")
     lines = len(sides) * rig.has("hose_volume")
-    count = len(sides) + lines + supplied
+    silencers = len(sides) * rig.has("silencer_volume")
+    count = len(sides) + lines + silencers + supplied
     atmosphere, source = count, count + 1  # the surroundings follow the nodes
     supply = count - 1 if supplied else source
     surroundings = [(P_atm, T_amb), (v["P_s"], T_amb)] if has_valve else [(P_atm, T_amb)]
@@ -120,10 +121,16 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
         elif has_valve:
             to_supply = 1.0 - is_open if side else is_open
             b = v.get("valve_b", np.nan)
-            links += [Link(supply, port, b), Link(port, atmosphere, v.get("valve_b_out", b))]
+            exhaust = len(sides) + lines + number if silencers else atmosphere
+            links += [Link(supply, port, b), Link(port, exhaust, v.get("valve_b_out", b))]
             areas += [C * of("valve_C_in", side) * to_supply, C * of("valve_C_out", side) * (1.0 - to_supply)]
     nodes += hoses
     volumes += hose_volumes
+    for number in range(silencers):
+        nodes.append(Node(lane, P_atm, T_amb, P_atm, T_amb, T_amb))
+        volumes.append(np.full_like(t, v["silencer_volume"]))
+        links.append(Link(len(sides) + lines + number, atmosphere, v.get("silencer_b", np.nan)))
+        areas.append(np.full_like(t, C * v["silencer_C"]))
     if supplied:
         nodes.append(Node(law(None, 1.0, gas.gamma), v["P_s"], T_amb, v["P_s"], T_amb, T_amb))
         volumes.append(np.full_like(t, v["supply_volume"]))
