@@ -39,8 +39,8 @@ def row(cells: xr.Dataset) -> list[str]:
     return [str(cells.sizes["cylinder"]), *(f"{100 * float(value):.1f} %" for value in fractions)]
 
 
-def numbers(cells: xr.Dataset) -> dict[str, str]:
-    """Table of the test's outcome for `docs/numbers.yaml`."""
+def numbers(cells: xr.Dataset, repeated: xr.Dataset) -> dict[str, str]:
+    """Table of the outcome of test and repetition for `docs/numbers.yaml`."""
     parts = {
         "all": cells["closed"] >= 0,
         "wall of the full order": cells["other_wall"] == 0,
@@ -51,6 +51,7 @@ def numbers(cells: xr.Dataset) -> dict[str, str]:
     heads = ["", "cylinders", "error in the interval", "error above it", "median loss", "at the answer's n"]
     heads += ["measured first is best", "strictly", "as predicted"]
     rows = [[name, *row(cells.sel(cylinder=chosen))] for name, chosen in parts.items()]
+    rows.append(["repeated", *row(repeated)])
     return {"table": markdown_table(heads, rows), "commit": cells.attrs["commit"][:8]}
 
 

@@ -62,7 +62,9 @@ def from_kept_files() -> Numbers:
             "factor": f"{coefficient_times_length()[1]:.1f}",
             "k_0": f"{min(k_0):g} to {max(k_0):g}",
         },
-        "budget_test": budget_counts.numbers(xr.load_dataset(KEPT / "budget_test.nc")),
+        "budget_test": budget_counts.numbers(
+            *(xr.load_dataset(KEPT / f"{name}.nc") for name in ("budget_test", "budget_test_repeated"))
+        ),
         "cluster": fleet(_stored(STATIC / "fleet.json")),
         "cost": cost.numbers(_stored(STEP_COST)),
         "drift": drift.tables(),
