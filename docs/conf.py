@@ -120,6 +120,7 @@ ACCESSIBLE = {
     '<aside class="toc-drawer': '<aside aria-label="Contents" class="toc-drawer',
     "<pre>": '<pre tabindex="0">',
     '<div class="table-wrapper': '<div tabindex="0" class="table-wrapper',
+    '<div class="output text_html': '<div tabindex="0" class="output text_html',
     '<div id="search-results"></div>': '<h1>Search</h1>\n<div id="search-results"></div>',
 }
 

@@ -99,7 +99,7 @@ def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (
 
     `study` has all cylinders of the configuration in `files`.
     """
-    console = Console(width=width, file=StringIO(), color_system=None)
+    console = Console(width=width, file=StringIO(), color_system=None, force_jupyter=False)
     for answer in answers:
         console.print(f"{answer.ranking.cylinder}: {answer.headline}. {answer.reason}.", markup=False)
         if answer.contenders:
