@@ -1,7 +1,6 @@
 """Damaged files: one line or a reading, never another error, and never much memory."""
 
 import random
-import resource
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -63,8 +62,7 @@ def test_a_damaged_file_gives_one_line_or_a_reading(kind, seed):
             assert len(str(error).splitlines()) == 1
         else:
             assert isinstance(found, Measurement) and len(found.u) == len(found.x) == found.P.shape[1]
-    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-    assert max(children, peak_of_reader()) < MOST_MEMORY
+    assert peak_of_reader() < MOST_MEMORY
 
 
 def peak_of_reader():
