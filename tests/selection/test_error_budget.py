@@ -1,5 +1,6 @@
 """Error budget: what is not known, the cylinders drawn from it, their errors, and the answer that follows."""
 
+import re
 from math import log
 
 import numpy as np
@@ -206,3 +207,14 @@ def test_the_next_command_exports_the_model():
     assert command == "pneumo export full --to c --config 'my file.yaml' -o full.c"
     command = export_command(answered(made(full=1e3)), mine)
     assert command == "pneumo export M9 --n 1.3 --to c --config CONFIGURATION.yaml --cylinder mine -o m9.c"
+
+
+def test_the_dead_volume_of_b_has_an_uncertainty_of_its_own(tmp_path):
+    text = TEMPLATE.read_text(encoding="utf-8")
+    for name, given in (("dead_volume_m3", "4.0e-6 ± 10 %"), ("dead_volume_B_m3", "5.0e-6 ± 40 %")):
+        text = re.sub(rf"#~ {name}: [^ ]+", f"{name}: {given}", text)
+    file = tmp_path / "my.yaml"
+    file.write_text(text, encoding="utf-8")
+    (known,) = uncertainties(load(file)).values()
+    widths = [known.half_width(name) for name in ("V_d_A", "V_d_B")]
+    np.testing.assert_allclose(widths, np.log([1.1, 1.4]), rtol=1e-12)
