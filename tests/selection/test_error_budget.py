@@ -211,8 +211,8 @@ def test_the_next_command_exports_the_model():
 
 def test_the_dead_volume_of_b_has_an_uncertainty_of_its_own(tmp_path):
     text = TEMPLATE.read_text(encoding="utf-8")
-    for name, given in (("dead_volume_m3", "4.0e-6 ± 10 %"), ("dead_volume_B_m3", "5.0e-6 ± 40 %")):
-        text = re.sub(rf"#~ {name}: [^ ]+", f"{name}: {given}", text)
+    for name, value in (("dead_volume_m3", "4.0e-6 ± 10 %"), ("dead_volume_B_m3", "5.0e-6 ± 40 %")):
+        text = re.sub(rf"#~ {name}: [^ ]+", f"{name}: {value}", text)
     file = tmp_path / "my.yaml"
     file.write_text(text, encoding="utf-8")
     (known,) = uncertainties(load(file)).values()
