@@ -74,9 +74,9 @@ docs: .venv/.dev  ## build the documentation into site/; a warning is an error
 	sphinx-build --jobs $(JOBS) --quiet --fail-on-warning --keep-going --nitpicky docs site
 
 live: .venv/.dev  ## compile the page of `pneumo live` again, after a change of the core or the models (needs clang, lld)
-	@echo "== live: pneumo/publish/pages/live/live.html"
+	@echo "== live: pneumo/publish/pages/live.html"
 	$(activate)
-	python -m pneumo.publish.pages.live_page
+	python -m live.build
 
 fuzz: .venv/.dev  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
 	@echo "== fuzz: pytest tests/cli/test_fuzz.py"

@@ -21,8 +21,8 @@ from paper.study.paper_2006.paper import PAPER_2006
 from pneumo.cli import commands as cli
 from pneumo.configuration.parameters import load, study
 from pneumo.simulation.signals import STUDY_SAMPLINGS
-from pneumo.storage.checksums import write_sums
 from pneumo.verdict.errata import read_errata
+from workflow.jobs.checksums import write_sums
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"
 PAGES = sorted(DOCS.glob("*.md"))

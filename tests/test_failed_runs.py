@@ -14,6 +14,7 @@ from paper.study.pages.verdict_page import verdict_page
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
+from paper.study.stored_runs import datum_dataset, failure_text
 from paper.study.text.explain import cell_text
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
@@ -21,8 +22,7 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.statistics.averages import statistics
 from pneumo.storage.files import open_grid, read
-from pneumo.storage.grid_layout import replay_dataset
-from pneumo.storage.layout import datum_dataset, failure_text
+from pneumo.storage.layout import replay_dataset
 from pneumo.verdict.judging import verdict
 
 pytestmark = pytest.mark.xdist_group("printed")

@@ -13,9 +13,9 @@ import pytest
 import xarray as xr
 
 from pneumo.selection.cylinder_template import write_table_template
-from pneumo.storage.checksums import unlike_sums
 from tests.checkout import ROOT, edit
 from tests.torture.study import Study
+from workflow.jobs.checksums import unlike_sums
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 

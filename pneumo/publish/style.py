@@ -129,19 +129,3 @@ def image_address(fig: Figure, kind: Literal["svg", "png"] = "svg") -> str:
         fig.savefig(buffer, format=kind, metadata=METADATA[kind])
     content = base64.b64encode(buffer.getvalue()).decode()
     return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{content}"
-
-
-# Published is open and hatched, reproduced is filled, exact signals are pale: readable without colour.
-SOURCE_BAR: dict[str, dict[str, Any]] = {
-    "published": {"facecolor": "white", "edgecolor": INK, "hatch": "//////", "linewidth": 0.7},
-    "reproduced": {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.7},
-    "exact": {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.7},
-}
-_MARK: dict[str, Any] = {"linestyle": "none", "markeredgewidth": 0.9, "markeredgecolor": INK}
-SOURCE_MARKER: dict[str, dict[str, Any]] = {
-    "published": _MARK | {"marker": "o", "markersize": 5.5, "markerfacecolor": "none"},
-    "reproduced": _MARK
-    | {"marker": "D", "markersize": 3.2, "markerfacecolor": ACCENT, "markeredgecolor": ACCENT},
-    "exact": _MARK
-    | {"marker": "s", "markersize": 3.4, "markerfacecolor": "#cfcfcf", "markeredgecolor": "#5a5a5a"},
-}

@@ -19,7 +19,7 @@ from pneumo.configuration.parameters import load, study
 from pneumo.linear.linear_model import linearise
 from pneumo.physics.models import MODELS
 from pneumo.selection.plants import configured_plant
-from pneumo.storage.checksums import write_sums
+from workflow.jobs.checksums import write_sums
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["models"], ["check", "config/paper.yaml"]])

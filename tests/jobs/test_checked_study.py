@@ -7,7 +7,7 @@ from checkout import ROOT
 
 from pneumo.configuration.parameters import read_yaml
 from pneumo.configuration.schema_parts import merged
-from pneumo.jobs.checked_study import as_written, checked_study, results_folder, without_trust
+from workflow.jobs.checked_study import as_written, checked_study, results_folder, without_trust
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,11 @@ import grimp
 from checkout import ROOT
 from workflow_scripts import SCRIPTS
 
-from pneumo.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
+from workflow.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
 
 RULE = re.compile(r"code=sha256_of\(([^)]*)\).*?scripts/(\w+\.py)", re.DOTALL)
 IMPORTED = re.compile(r"^from ((?:pneumo|paper)\.[\w.]+) import", re.MULTILINE)
-WITHOUT_NUMBERS = ("pneumo/errors", "pneumo/regular_file", "pneumo/jobs")
+WITHOUT_NUMBERS = ("pneumo/errors", "pneumo/regular_file", "workflow/jobs")
 
 
 def test_every_rule_names_the_folders_of_all_that_its_script_imports():

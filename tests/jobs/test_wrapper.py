@@ -15,8 +15,8 @@ from snakemake.iocontainers import InputFiles, OutputFiles, Params, Wildcards
 from workflow_scripts import SCRIPTS, script
 
 from pneumo.errors import ResultError, RunError
-from pneumo.jobs.wrapper import run_job
 from pneumo.selection.cylinder_template import write_table_template
+from workflow.jobs.wrapper import run_job
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ BUSY = """
 import sys, time
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
-from pneumo.jobs.wrapper import run_job
+from workflow.jobs.wrapper import run_job
 
 def main():
     with ThreadPoolExecutor(1) as pool:

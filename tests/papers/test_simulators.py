@@ -21,7 +21,7 @@ from pneumo.errors import ResultError
 from pneumo.simulation.excitation import normal_deviates
 from pneumo.simulation.full_order import record
 from pneumo.simulation.signals import PUBLISHED, study_sampling
-from pneumo.storage.grid_layout import replayed_grid
+from pneumo.storage.layout import replayed_grid
 
 NAMES = ("x", "v", "P_A", "T_A", "P_B", "T_B")
 SCALE = np.array([0.1, 1.0, 1e5, 300.0, 1e5, 300.0])

@@ -7,8 +7,8 @@ import pytest
 import typst
 from checkout import ROOT
 
+from paper.study.stored_runs import read_json
 from paper.study.text import manuscript as m
-from pneumo.storage.files import read_json
 from pneumo.verdict.facts import headline_text
 
 FOLDER = ROOT / "paper/manuscript"

@@ -11,10 +11,10 @@ from page_checks import Structure, assert_accessible, assert_quiet, assert_reada
 from paper.study.pages import STATUS_LOOKS
 from paper.study.pages.verdict_page import SIMULATORS, verdict_page
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
+from paper.study.stored_runs import read_json
 from paper.study.text.explain import cell_text, item_text
 from paper.study.text.verdict_text import deviation_text, size_text
 from pneumo.errors import ResultError
-from pneumo.storage.files import read_json
 from pneumo.verdict.facts import FACT_STATUSES, headline_text
 
 pytestmark = pytest.mark.xdist_group("printed")

@@ -18,6 +18,7 @@ from paper_study import STUDY, lasting
 import pneumo
 from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
+from paper.study.stored_runs import datum_dataset, read_json, read_study, recording_from
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
@@ -27,9 +28,8 @@ from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.statistics.averages import statistics
-from pneumo.storage.files import attributes, open_grid, read, read_json, read_study, write, write_text
-from pneumo.storage.grid_layout import replay_dataset
-from pneumo.storage.layout import datum_dataset, recording_from
+from pneumo.storage.files import attributes, open_grid, read, write, write_text
+from pneumo.storage.layout import replay_dataset
 
 NAMES = ["E06", "E13", "E14"]  # short settling runs; both loops
 ATTRIBUTES = {"title": "A test", "summary": "of files", "config_sha256": "0" * 64}

@@ -12,6 +12,7 @@ from pneumo.publish.text.formatting import percent_text
 from pneumo.verdict.claims import UNITS_IN_TEXT
 
 TEMPLATES = Path(__file__).parent / "templates"
+LIVE_PAGE = Path(__file__).parent / "live.html"  # made by `make live`
 
 
 def page_text(template: str, *folders: Path, **content: Any) -> str:

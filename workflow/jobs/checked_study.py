@@ -17,12 +17,6 @@ from pneumo.errors import ConfigurationError, as_lines
 BASE = Path("config/paper.yaml")
 
 
-def find_paper_study() -> None:
-    """Let this process and the scripts of its jobs import `paper.study`, which is not installed."""
-    sys.path.insert(0, "")
-    os.environ["PYTHONPATH"] = os.pathsep.join([".", *filter(None, [os.environ.get("PYTHONPATH")])])
-
-
 def as_written(files: Sequence[Path], options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the merged configuration of a run, read as `pneumo` reads files, not by the rules of YAML 1.1.
 
