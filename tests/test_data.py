@@ -28,11 +28,3 @@ def test_pulses_are_what_the_instruments_counted():
     for name, step in (("x", 2.042e-4), ("p", 933.5)):
         assert np.diff(np.unique(data[name])).min() == pytest.approx(step, rel=1e-3)
     assert data["p"].max().item() == pytest.approx(2.1844836e5, rel=1e-5)
-
-
-def test_points_of_the_tank_are_in_order():
-    for name in ("discharge", "filling", "nitrogen"):
-        data = xr.load_dataset(DATA / f"tank/{name}.nc", decode_times=False)
-        for variable in data.data_vars.values():
-            assert (np.diff(variable[variable.dims[0]]) > 0).all() and np.isfinite(variable).all()
-            assert variable.attrs["units"] in ("Pa", "K")

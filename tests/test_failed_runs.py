@@ -13,7 +13,6 @@ from paper.study.figures.traces_figure import time_traces
 from paper.study.pages.verdict_page import verdict_page
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.settling_run import settle, settling_dataset
-from paper.study.settling_times import settling_table
 from paper.study.stored_runs import datum_dataset, failure_text
 from paper.study.text.explain import cell_text
 from pneumo.configuration.sampling import EXACT_SAMPLING
@@ -83,19 +82,6 @@ def replays_of(experiment, recording):
     lanes, index = grid_lanes(STUDY.n, 1.4)
     cells = replay(recording, lanes, EXACT_SAMPLING, experiment.pressure_stride)
     return replay_dataset(experiment, STUDY.n, index, cells)
-
-
-@pytest.mark.slow
-def test_the_page_names_a_settling_run_that_failed(printed_once, tmp_path):
-    folder = Path(shutil.copytree(printed_once, tmp_path / "results"))
-    experiment = broken("no mass")
-    parts = {"E06": settling_dataset(experiment, settle(experiment))}
-    save(parts["E06"], folder / "settling" / "E06.nc")
-    save(settling_table(parts, {"E06": 60.0}), folder / "settling.nc")
-    judged = verdict(folder, PAPER_2006)
-    assert not judged["failures"]
-    page = verdict_page(judged, PAPER_2006.folder)
-    assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in page
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,6 @@ from bad_input import assert_one_line
 from brief import in_brief
 from checkout import PNEUMO, ROOT
 
-from pneumo import __version__
 from pneumo.cli import INTERRUPTED
 from pneumo.cli import main as first_main
 from pneumo.configuration.parameters import load, study
@@ -51,15 +50,6 @@ def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_uni
     ):
         (tmp_path / "slip.yaml").write_text(f"cylinders: {{mine: {{{slip}}}}}")
         assert words in inside("check", "mine.yaml", "slip.yaml")[1]
-
-
-def test_what_check_models_and_version_print(inside):
-    code, out, _ = inside("check", ROOT / "config/paper.yaml")
-    assert code == 0 and "paper: 16 experiments, n = 1.0, 1.05" in out and "estimated from" not in out
-    assert "E03  cylinder E  open   loop  k_0 = 0.02 W/K  1800 s, step 1 ms" in out
-    code, out, _ = inside("models")
-    assert code == 0 and all(f"M{i} " in out for i in range(1, 11))
-    assert inside("--version") == (0, f"{__version__}\n", "")
 
 
 @pytest.mark.parametrize(

@@ -101,20 +101,6 @@ def test_figure_is_unclipped_and_the_same_on_two_renders(name, tmp_path):
         assert not one.overlaps(other), f"{name}: two panels, or a legend and a panel, touch"
 
 
-def test_fig07_shows_force_release_and_settling_times():
-    fig = DRAW["fig07"]()
-    force = fig.axes[0].lines[0]
-    assert list(force.get_xdata())[1:3] == [1.5, 1.5] and list(force.get_ydata()) == [-300, -300, 0, 0]
-    shown = [text for text in texts(fig) if text.startswith("$t_s$")]
-    assert shown == [f"$t_s$ = {t_s:.3f} s" for t_s in (1.281, 1.063, 1.061, 0.937)]  # P_A, T_A, P_B, T_B
-    # The printed curves are drawn from our release on.
-    position = fig.axes[1].collections[0].get_segments()
-    t, _, high = traces_of_fig_7()["x"]
-    tip = max(position, key=lambda line: line[1][1])
-    assert tip[1] == pytest.approx([1.5 + t[high.argmax()], 1e3 * high.max()])
-    assert len(figures.fig07(a_settling(), {}).legends) == 0
-
-
 @pytest.mark.parametrize(("name", "models"), [("fig08", list(MODELS)), ("fig10", list(MODELS)[4:])])
 def test_bars_are_as_high_as_the_results(name, models):
     bars = {c.get_label(): [bar.get_height() for bar in c] for c in DRAW[name]().axes[0].containers}

@@ -69,10 +69,6 @@ class Study:
         names = compared_files(self.results)
         return {name: hashlib.sha256((self.results / name).read_bytes()).hexdigest() for name in names}
 
-    def size(self) -> int:
-        """Bytes of all results."""
-        return sum(file.stat().st_size for file in self.results.rglob("*") if file.is_file())
-
     def clear(self) -> None:
         """Remove results and the workflow's memory."""
         for entry in self.results.iterdir():
