@@ -19,7 +19,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs live lint bench fit-bench determinism sanitize wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs live lint bench fit-bench sanitize wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -77,11 +77,6 @@ live: .venv/.dev  ## compile the page of `pneumo live` again, after a change of 
 	@echo "== live: pneumo/publish/pages/live.html"
 	$(activate)
 	python -m live.build
-
-determinism: .venv/.dev  ## compare runs with other jobs, threads and processors
-	@echo "== determinism: results/evidence/determinism.json"
-	$(activate)
-	python -m tests.torture.determinism --config "$(CONFIG)"
 
 sanitize: .venv/.dev  ## run the core's tests under the sanitizers of addresses and of undefined behaviour
 	@echo "== sanitize: pytest tests/core tests/simulation in build/sanitize"

@@ -9,9 +9,6 @@ from paper_study import STUDY
 from printed_study import save
 
 from paper.study.figures.paper_figures import fig07
-from paper.study.figures.traces_figure import time_traces
-from paper.study.pages.verdict_page import verdict_page
-from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.settling_run import settle, settling_dataset
 from paper.study.stored_runs import datum_dataset, failure_text
 from paper.study.text.explain import cell_text
@@ -22,7 +19,6 @@ from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.statistics.averages import statistics
 from pneumo.storage.files import open_grid, read
 from pneumo.storage.layout import replay_dataset
-from pneumo.verdict.judging import verdict
 
 pytestmark = pytest.mark.xdist_group("printed")
 E06 = STUDY.experiments["E06"]._replace(steps=300)
@@ -120,16 +116,3 @@ def test_averages_leave_a_failed_run_out_and_count_the_others(folder):
     assert bool(table["best_n"].sel(experiment="E06").isnull().all())
     time = table["failure_time"]
     assert time.dropna("experiment").to_series().to_dict() == {"E06": E06.h}
-
-
-@pytest.mark.slow
-def test_page_and_figure_say_that_a_run_failed(folder):
-    judged = verdict(folder, PAPER_2006)
-    assert list(judged["failures"]) == ["E06"]
-    assert judged["highlights"]["by_experiment"] is None
-    page = verdict_page(judged, PAPER_2006.folder)
-    assert "E06 is left out of every average:</strong> full-order run failed at t = 0.001 s" in page
-    of_run = {item["status"] for item in judged["items"] if item["id"].startswith("T8.E06.")}
-    assert of_run == {"not judged"}
-    figure = time_traces(read(folder / "datum" / "E06.nc"), {}, {})
-    assert "E06: the full-order run failed at t = 0.001 s" in figure.texts[0].get_text()

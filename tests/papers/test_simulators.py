@@ -94,12 +94,6 @@ def test_one_line_for_a_run_that_cannot_be_used(folder, recordings, change, mess
     assert "\n" not in str(caught.value) and "E13.csv" in str(caught.value)
 
 
-def test_a_run_without_temperatures_has_none(folder, recordings):
-    table_of(recordings["E13"]).drop(columns=["T_A", "T_B"]).to_csv(folder / "E13.csv", index=False)
-    recording, run = other.read_run(folder / "E13.csv", BRIEF.experiments["E13"])
-    assert run["T"].isnull().all() and np.isfinite(recording.states).all()
-
-
 def test_the_command_refuses_an_empty_folder_and_to_record(tmp_path):
     for arguments, message in (
         (["--runs", str(tmp_path)], "holds no run such as E01.csv"),

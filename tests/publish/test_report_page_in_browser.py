@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from brief import in_brief
 from browser import Tab
-from invented_report import BYTES, made, page, parts, unpacked_groups
-from packed_traces import unpacked
+from invented_report import BYTES, made, page
 from page_checks import FRAMES, assert_accessible, assert_quiet, in_chromium
 from paper_study import STUDY as PAPER
 
-from paper.study.trace_layout import interval_edges, shown_steps
+from paper.study.trace_layout import interval_edges
 
 pytestmark = pytest.mark.xdist_group("report page")  # the page takes seconds to make
 
@@ -63,24 +62,6 @@ class TestInBrowser:
     def test_loads_without_network_and_without_complaint(self, view, file):
         assert file.stat().st_size > 0.7 * BYTES  # as much to load as the study has
         assert_quiet(view(), file)
-
-    def test_traces_are_the_packed_ones(self, view):
-        browser = view("#e=E07&t=published&c=B")
-        e, cells = PAPER.experiments["E07"], made()["E07"][2]["published"]
-        steps = shown_steps(e)
-        groups = unpacked_groups(parts()[6], "published-errors", cells, len(steps))
-        ends = unpacked_groups(parts()[6], "published-limits", cells, len(interval_edges(e)) - 1, 2)
-        for m in (0, 3, 4, 9):
-            row = len(groups[2 * m + 1]) - 1
-            drawn = browser.run(f"Array.from(traces.errors[{m}][1][{row}])")
-            assert drawn == groups[2 * m + 1][row].tolist()
-            drawn = browser.run(f"traces.limits[{m}][1][{row}].map((ends) => Array.from(ends))")
-            assert drawn == ends[2 * m + 1][2 * row :].tolist()
-        signals = unpacked(parts()[6].traces["signals"], [1] * 4, len(steps))
-        for place, (signal, step) in enumerate(zip(signals, parts()[6].facts["steps"], strict=True)):
-            drawn = browser.run(f"Array.from(traces.signals[{place}])")
-            np.testing.assert_allclose(drawn, signal[0] * step, rtol=1e-6)
-        np.testing.assert_allclose(browser.run("traces.t"), steps * e.h, rtol=1e-12)
 
     def test_a_brush_zooms_all_panels_and_ranks_anew(self, view):
         browser = view("#e=E06&t=exact&c=A&n=1.35&m=M5 M7&w=all")

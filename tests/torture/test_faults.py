@@ -6,8 +6,7 @@ import time
 
 import pytest
 
-from tests.torture.compare import compared_files
-from tests.torture.study import stop
+from tests.torture.study import compared_files, stop
 
 pytestmark = [pytest.mark.slow, pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
