@@ -21,14 +21,6 @@ class Look(NamedTuple):
         """Keywords for `Axes.plot`: the curve without markers."""
         return {"color": self.color, "linestyle": self.linestyle}
 
-    def points(self) -> dict[str, Any]:
-        """Keywords for `Axes.plot`: the curve with open markers."""
-        return self.line() | {
-            "marker": self.marker,
-            "markerfacecolor": "white",
-            "markeredgecolor": self.color,
-        }
-
 
 _DASH = (0, (5.0, 1.6))
 _DOT = (0, (1.2, 1.2))
