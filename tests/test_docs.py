@@ -15,11 +15,9 @@ from typer.testing import CliRunner
 from workflow_scripts import script
 
 import pneumo
-from paper.study.paper_2006.paper import PAPER_2006
 from pneumo.cli import commands as cli
 from pneumo.configuration.parameters import load, study
 from pneumo.simulation.signals import STUDY_SAMPLINGS
-from pneumo.verdict.errata import read_errata
 from workflow.jobs.checksums import write_sums
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"
@@ -183,14 +181,6 @@ def test_architecture_lists_the_rooms_in_the_order_of_the_import_contract():
         assert re.findall(r"imports only from rooms (\w+)", text, re.IGNORECASE) == ["above"], name
     inside = [path for path in (ROOT / "pneumo").iterdir() if path.suffix in ("", ".py")]
     assert set(layers) == {path.stem for path in inside if not path.name.startswith("__")}
-
-
-def test_theory_has_every_erratum_once_and_the_papers_numbers_of_equations():
-    named = re.findall(r"\{\{ errata\.(\w+) \}\}", (DOCS / "theory.md").read_text(encoding="utf-8"))
-    assert sorted(named) == sorted(read_errata(PAPER_2006.folder, PAPER_2006.proofs))
-    # Sphinx counts equations in their order: they carry the paper's numbers.
-    labels = re.findall(r"^\$\$ \((\w+)\)$", (DOCS / "theory.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert labels == [f"eq{number}" for number in range(1, 18)]
 
 
 @pytest.mark.parametrize("name", pneumo.__all__)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from checkout import edit
 
-from paper.study.pages.verdict_page import verdict_page
 from paper.study.paper_2007 import simulated_example as of_example
 from paper.study.paper_2007.paper import PAPER_2007
 from paper.study.paper_2007.seven_steps import seven_steps
@@ -61,14 +60,6 @@ def test_a_changed_time_constant_turns_its_column_red(results, judged, tmp_path)
     lost = red - red_before
     assert {"T4.B1.lambda_av", "T4.B1.lambda_0", "S4.B1.column"} <= lost  # two digits of k_av allow it
     assert all("B1" in name for name in lost)
-
-
-def test_page_shows_its_findings_and_the_quoted_coefficient_lies_far_above_every_prediction(judged):
-    page = verdict_page(judged, PAPER_2007.folder)
-    assert 'href="../verdict.html"' in page and page.count("<h2 id=") >= 3
-    assert page.count('<tr id="T4.') == sum(item["table"] == 4 for item in judged["items"])
-    quoted = judged["highlights"]["quoted"]
-    assert quoted["lambda_0"] > 5 * quoted["highest"] > 5 * quoted["predicted"]
 
 
 def test_steps_give_back_the_mass_volume_and_conductance_of_an_exponential_record():
