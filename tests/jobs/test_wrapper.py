@@ -114,7 +114,8 @@ run_job(main, {"snakemake": job})
 
 def test_an_interrupt_ends_a_job_at_once_without_a_word(run_folder):
     command = [sys.executable, "-c", BUSY]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as busy:
+    options = {"env": os.environ | {"PYTHONPATH": str(SCRIPTS.parents[1])}, "text": True}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options) as busy:
         assert busy.stdout
         assert busy.stdout.readline() == "at work\n"
         busy.send_signal(signal.SIGINT)
