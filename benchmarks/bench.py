@@ -87,13 +87,6 @@ def compare(repeats: int, seconds: float = 1.0) -> dict[str, float]:
     return best
 
 
-def yardstick() -> float:
-    """Seconds that this machine's Python takes for ``sum(range(10**8))``."""
-    begin = time.perf_counter()
-    sum(range(10**8))
-    return time.perf_counter() - begin
-
-
 def cpu() -> str:
     """Name of the processor and its number of cores."""
     info = Path("/proc/cpuinfo")
@@ -106,7 +99,7 @@ def cpu() -> str:
 def main() -> None:
     """Measure everything, write it and show it."""
     ns = compare(REPEATS)
-    report: dict[str, Any] = {"cpu": cpu(), "yardstick_s": yardstick(), "ns_per_lane_evaluation": ns}
+    report: dict[str, Any] = {"cpu": cpu(), "ns_per_lane_evaluation": ns}
     report |= run_study()
     with (ROOT / "benchmarks/history.jsonl").open("a", encoding="utf-8") as history:
         history.write(json.dumps({"day": date.today().isoformat(), **made_with(), **report}) + "\n")
@@ -114,7 +107,6 @@ def main() -> None:
     for name, value in ns.items():
         table.add_row(CONTENDERS[name].label, f"{value:.3g}", f"{value / ns['core']:.3g}")
     Console().print(table)
-    print(f"sum(range(10**8)): {report['yardstick_s']:.2f} s")
     for name, seconds in report["wall_s"].items():
         print(f"snakemake -j2, {name}: {seconds:.1f} s")
 
