@@ -13,7 +13,7 @@ from paper.study.settling_run import settle, settling_dataset
 from paper.study.stored_runs import datum_dataset, failure_text
 from paper.study.text.explain import cell_text
 from pneumo.configuration.sampling import EXACT_SAMPLING
-from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
+from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, failure, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.statistics.averages import statistics
@@ -48,19 +48,6 @@ def test_a_run_that_fails_has_status_time_and_state(name):
     assert datum["failure_time"] == step * E06.h
     np.testing.assert_array_equal(datum["status"].attrs["last_state"], recording.states[step - 1])
     assert f"failed at t = {step * E06.h:g} s: " in failure_text(datum)
-
-
-def test_a_run_that_does_not_fail_and_a_study_in_which_everything_did():
-    datum = datum_dataset(E06, record(E06))
-    assert datum["status"] == RAN
-    assert bool(datum["failure_time"].isnull())
-    assert "last_state" not in datum["status"].attrs
-    recording = record(broken("no mass"))
-    grid = replays_of(broken("no mass"), recording).drop_vars("pressure").expand_dims("experiment")
-    grid = grid.assign_coords(k_0=("experiment", [E06.plant.k_0]))
-    table = statistics(grid, STUDY.experiments_by_level)
-    assert table["experiments"].values.tolist() == [0, 0, 0, 0]
-    assert bool(table[["mse", "std", "p10", "best_n"]].isnull().all().to_array().all())
 
 
 @pytest.mark.parametrize("name", CHANGES)

@@ -61,15 +61,6 @@ def test_a_link_prepared_under_the_name_of_a_temporary_file_is_not_followed(tmp_
         assert one.stat().st_size == 0 and len({one.name, two.name, "study.html.part"}) == 3
 
 
-def test_a_new_file_has_the_rights_that_the_umask_leaves(tmp_path):
-    before = os.umask(0o027)
-    try:
-        write_text("page", tmp_path / "a")
-    finally:
-        os.umask(before)
-    assert (tmp_path / "a").stat().st_mode & 0o777 == 0o640
-
-
 def test_a_folder_takes_the_output_of_one_process_and_is_removed_if_nothing_came(tmp_path):
     folder = tmp_path / "new/study"
     with output_folder(folder):

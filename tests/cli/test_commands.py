@@ -162,16 +162,6 @@ def test_a_piston_that_cannot_move_is_refused_unless_it_is_trusted(command, insi
     assert inside(*command, "--trust")[0] == 0
 
 
-def test_all_bad_rows_are_printed_each_in_a_line(inside, tmp_path):
-    inside("init", "plant.yaml", "--table")
-    table = (tmp_path / "plant.csv").read_text()
-    (tmp_path / "plant.csv").write_text(table.replace(",25.0,", ",-25.0,"))
-    code, out, err = inside("check", "plant.yaml")
-    assert (code, out) == (2, "") and len(err.splitlines()) == 2
-    for row, line in enumerate(err.splitlines(), start=2):
-        assert line.startswith(f"pneumo: plant.csv: row {row}, column bore_mm = -25.0: must be a number")
-
-
 @pytest.mark.parametrize("command", [["linearise", "M1", *AT], ["export", "M1", "--to", "casadi"]])
 def test_a_choice_between_cylinders_or_conductances_is_left_to_the_user(command, inside):
     command = [*command, "--config", ROOT / "config/paper.yaml"]

@@ -12,11 +12,9 @@ import pytest
 import xarray as xr
 from exported_c import C_COMPILER
 from paper_study import STUDY, lasting
-from typer.testing import CliRunner
 
 from paper.study.pages.verdict_page import verdict_page
 from paper.study.paper_2006 import other_simulators as other
-from pneumo.cli.commands import app
 from pneumo.errors import ResultError
 from pneumo.simulation.excitation import normal_deviates
 from pneumo.simulation.full_order import record
@@ -92,15 +90,6 @@ def test_one_line_for_a_run_that_cannot_be_used(folder, recordings, change, mess
     with pytest.raises(ResultError, match=message) as caught:
         other.read_run(folder / "E13.csv", BRIEF.experiments["E13"])
     assert "\n" not in str(caught.value) and "E13.csv" in str(caught.value)
-
-
-def test_the_command_refuses_an_empty_folder_and_to_record(tmp_path):
-    for arguments, message in (
-        (["--runs", str(tmp_path)], "holds no run such as E01.csv"),
-        (["--runs", str(tmp_path), "--record"], "without --record"),
-    ):
-        with pytest.raises(ResultError, match=message):
-            CliRunner().invoke(app, ["paper", "verdict", *arguments], catch_exceptions=False)
 
 
 def largest(run, recording):

@@ -18,7 +18,6 @@ from paper.study.figures import paper_figures as figures
 from paper.study.figures.traces_figure import time_traces
 from paper.study.paper_2006.printed_tables import table7, table9, traces_of_fig_7, with_percentiles
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.panels import symbol
 from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, paper_style
 from pneumo.statistics.averages import statistics
 
@@ -112,22 +111,3 @@ def test_bars_are_as_high_as_the_results(name, models):
     assert bars.keys() == averages.keys()
     for label, mse in averages.items():  # an added model has no printed bar
         np.testing.assert_array_equal(bars[label], mse.reindex(model=models))
-
-
-@pytest.mark.parametrize(
-    ("name", "panel", "model", "ends"),
-    [
-        ("fig09", 0, "M8", [10**5.977, 10**7.274]),
-        ("fig10", 0, "M5", [1.01e6, 5.396e7]),
-        ("fig11", 1, "M8", [10**5.907, 10**7.148]),
-    ],
-)
-def test_printed_percentiles_stand_beside_ours(name, panel, model, ends):
-    axes = DRAW[name]().axes
-    names = [label.get_text() for label in axes[0].get_xticklabels()]  # those of all panels
-    whiskers = [lines for lines in axes[panel].collections if hasattr(lines, "get_segments")]
-    assert len(whiskers) == 3  # printed, reproduced, exact
-    assert [y for _, y in whiskers[0].get_segments()[names.index(symbol(model))]] == pytest.approx(ends)
-    ours = STATISTICS["published"].sel(level="typical" if name == "fig11" else "overall", model="M8")
-    shown = [y for _, y in whiskers[1].get_segments()[names.index(symbol("M8"))]]
-    assert shown == pytest.approx([ours["p10"].item(), ours["p90"].item()])

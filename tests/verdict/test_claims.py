@@ -40,15 +40,6 @@ def test_whatever_a_claim_names_is_there_and_whatever_is_there_is_named(paper):
             assert any(fnmatchcase(key, pattern) for key in claims.items), pattern
 
 
-def test_what_was_chosen_in_view_of_a_number_is_not_counted_as_its_prediction():
-    of_figures = {name for name in CLAIMS.items if name.startswith(("F7.", "F9.", "F11."))}
-    fitted = {name for name in of_figures if CLAIMS.items[name].basis == "fitted"}
-    percentiles = {name for name in of_figures if name.endswith((".p10", ".p90"))}
-    times = {f"F7.{row}.{i}.time" for row in ("P_A", "P_B", "T_A", "T_B") for i in range(1, 9)}
-    assert fitted == percentiles | times  # decision 62; their release
-    assert {claim.basis for claim in CLAIMS.items.values() if claim.table in (5, 6, 7, 8, 9)} == {"fitted"}
-
-
 def test_assumptions_are_those_of_the_configuration():
     config = yaml.safe_load((ROOT / "config/paper.yaml").read_text(encoding="utf-8"))
 
