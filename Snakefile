@@ -1,21 +1,19 @@
 # The paper's study from configuration to figures: `snakemake -j2`.
 # Another study on top of it: `snakemake -j2 --configfile config/smoke.yaml`.
 # Your own cylinders, from `pneumo init`, or a table of them: `snakemake -j2 --configfile my.yaml`.
-import os
 import shlex
 import sys
 from pathlib import Path
 
 from snakemake.utils import min_version
 
-# Neither is installed: this process finds them here, the scripts of its jobs by PYTHONPATH.
-sys.path.insert(0, "")
-os.environ["PYTHONPATH"] = os.pathsep.join([".", *filter(None, [os.environ.get("PYTHONPATH")])])
+sys.path.insert(0, "")  # the checkout, for what is not installed
 from paper.study.kept_evidence import evidence_for, kept_or_made
 from paper.study.labels import shown
 from workflow.jobs.checked_study import (
     as_written,
     checked_study,
+    find_checkout,
     limits_of_cylinders,
     results_folder,
     user_cylinders,
@@ -26,6 +24,7 @@ from workflow.jobs.fleet_plan import checked_fleet
 from workflow.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
 from workflow.jobs.run_lock import check_run_folder, take_run_lock
 
+find_checkout()
 min_version("9.27")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
 

@@ -17,6 +17,11 @@ from pneumo.errors import ConfigurationError, as_lines
 BASE = Path("config/paper.yaml")
 
 
+def find_checkout() -> None:
+    """Let the scripts of jobs import `paper.study` and `workflow.jobs`, which are not installed."""
+    os.environ["PYTHONPATH"] = os.pathsep.join([".", *filter(None, [os.environ.get("PYTHONPATH")])])
+
+
 def as_written(files: Sequence[Path], options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the merged configuration of a run, read as `pneumo` reads files, not by the rules of YAML 1.1.
 
