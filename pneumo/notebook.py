@@ -203,19 +203,26 @@ class ModelStudy:
 
     study: Study
     cells: xr.Dataset  #: errors of every model, run and drawn cylinder
-    configuration: Configuration
-    files: tuple[str, ...] = ()  #: of the configuration, for the commands of the text
+    configuration: Configuration | None  #: None of a cylinder in the results of a fleet
+    files: Sequence[str] = ()  #: of the configuration, for the commands of the text
 
     @cached_property
     def answers(self) -> list[Answer]:
         """Answer for each cylinder: the model to take, the error budget, and what to measure next."""
         return answers(self.cells)
 
+    @cached_property
+    def _configured(self) -> Study:
+        """All experiments of the configuration, those of the study first: a command names their first k_0."""
+        configured = self.study if self.configuration is None else in_SI(self.configuration)
+        return configured._replace(experiments={**self.study.experiments, **configured.experiments})
+
+    def _answer(self, cylinder: str | None) -> Answer:
+        return next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
+
     def plot(self, cylinder: str | None = None) -> Figure:
         """Figure of the error budget of a cylinder; by default of the first."""
-        return budget_figure(
-            next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
-        )
+        return budget_figure(self._answer(cylinder))
 
     def to_xarray(self) -> xr.Dataset:
         """Errors of every model, run and drawn cylinder, as ``study.nc`` has them."""
@@ -223,7 +230,9 @@ class ModelStudy:
 
     def export(self, file: Path | str, to: str = "c", cylinder: str | None = None) -> list[Path]:
         """Write the recommended model of a cylinder, by default the first, as source code or FMU."""
-        answer = next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
+        if self.configuration is None:
+            raise InputError("export: the configuration is not known; use `pneumo export`")
+        answer = self._answer(cylinder)
         chosen = answer.contender(answer.chosen)
         n = None if np.isnan(chosen.row.n) else chosen.row.n
         return _export(self.configuration, answer.ranking.cylinder, chosen.exported_name, n, to, file)
@@ -231,12 +240,15 @@ class ModelStudy:
     def save(self, folder: Path | str) -> tuple[Path, Path]:
         """Write study.html and study.nc into a folder; return their paths."""
         check_folder(Path(folder))
-        commands = [export_command(answer, self.study, self.files) for answer in self.answers]
+        commands = [export_command(answer, self._configured, self.files) for answer in self.answers]
         return save_study(self.study, self.cells, self.answers, Path(folder), commands)
 
+    def text(self, width: int = 80) -> str:
+        """Text that `pneumo study` prints, for a terminal of a width."""
+        return study_text(self.answers, self._configured, self.files, width)
+
     def __repr__(self) -> str:
-        """Text that `pneumo study` prints."""
-        return study_text(self.answers, self.study, self.files)
+        return self.text()
 
     def _repr_html_(self) -> str:
         return preformatted(self)

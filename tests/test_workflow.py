@@ -1,9 +1,7 @@
 """The workflow on the smoke configuration: two experiments of three seconds, not the study."""
 
-import json
 import re
 import shutil
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,9 +11,9 @@ import pytest
 import xarray as xr
 
 from pneumo.selection.cylinder_template import write_table_template
-from pneumo.storage.checksums import unlike_sums
 from tests.checkout import ROOT, edit
 from tests.torture.study import Study
+from workflow.jobs.checksums import unlike_sums
 
 pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
@@ -83,36 +81,6 @@ def test_an_edit_reruns_what_depends_on_it_only(smoke_study, edit, rerun, kept):
     with replaced(smoke_study.folder / file, old, new):
         jobs = planned(smoke_study)
     assert rerun <= set(jobs) and not kept & set(jobs)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("files", "jobs"),
-    [
-        ({"findings.json": '{"config_sha256": "another", "claims": [], "note": ""}'}, set()),
-        ({"findings.json": '{"config_sha256": "its own"}', "paper.pdf": ""}, {"report"}),
-        ({"seed_sets.nc": ""}, {"verdict", "report"}),
-    ],
-)
-def test_evidence_once_there_is_used_if_it_is_this_studys(smoke_study, files, jobs):
-    results = smoke_study.results
-    own = json.loads((results / "parameters.json").read_text())["config_sha256"]
-    for name, text in files.items():
-        (results / name).write_text(text.replace("its own", own))
-    try:
-        assert set(planned(smoke_study)) == jobs
-    finally:
-        for name in files:
-            (results / name).unlink()
-
-
-@pytest.mark.slow
-def test_snakemakes_own_report(smoke_study, tmp_path):
-    done = smoke_study.run("--report", str(tmp_path / "report.zip"))
-    assert done.code == 0, done.output
-    with zipfile.ZipFile(tmp_path / "report.zip") as archive:
-        names = {Path(name).name for name in archive.namelist()}
-    assert {"report.html", "verdict.html", "traces.svg", "fig01.svg"} <= names
 
 
 def test_bad_configuration_is_one_line_exit_2_and_nothing_written_without_a_home_too(tmp_path):

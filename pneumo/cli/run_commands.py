@@ -114,14 +114,14 @@ def live(
     """
     import webbrowser
 
-    from pneumo.publish.pages.live_page import PAGE
+    from pneumo.publish.pages.page import LIVE_PAGE
     from pneumo.storage.files import write_text
 
     if output is None:
-        typer.echo(PAGE)
-        webbrowser.open(PAGE.as_uri())
+        typer.echo(LIVE_PAGE)
+        webbrowser.open(LIVE_PAGE.as_uri())
     else:
-        write_text(PAGE.read_text(encoding="utf-8"), output)
+        write_text(LIVE_PAGE.read_text(encoding="utf-8"), output)
         typer.echo(f"{output}: written")
 
 

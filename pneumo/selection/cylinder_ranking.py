@@ -22,8 +22,7 @@ from pneumo.simulation.replay import full_order_mse, replay
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.error_budget import FULL_ORDER, NOTHING
 from pneumo.storage.files import attributes, write
-from pneumo.storage.grid_layout import replayed_grid, same_at_every_n
-from pneumo.storage.layout import CHAMBERS, run_outcome
+from pneumo.storage.layout import CHAMBERS, replayed_grid, run_outcome, same_at_every_n
 
 TITLE = "Reduced models on repeated runs"
 DRAWS, PART_DRAWS = 64, 8  # cylinders drawn in all, and again for the part of each group

@@ -10,10 +10,11 @@ import pytest
 from brief import in_brief
 from page_checks import assert_accessible, assert_readable, in_chromium, stands_alone
 
+from live.build import assembled
 from pneumo import runs
 from pneumo.configuration.parameters import load, study
 from pneumo.configuration.uncertain import uncertainties
-from pneumo.publish.pages.live_page import PAGE, assembled
+from pneumo.publish.pages.page import LIVE_PAGE as PAGE
 from pneumo.selection.answer import answer
 from pneumo.selection.cylinder_ranking import run_study
 from pneumo.selection.plants import configured_plant

@@ -13,7 +13,7 @@ from pneumo.configuration.plausible_cylinders import checked
 from pneumo.configuration.schema import Configuration, look
 from pneumo.errors import ConfigurationError, as_lines
 
-# Of one core, per step and n of the grid: all models at three k_0; measured by benchmarks/fleet.py.
+# Of one core, per step and n of the grid: all models at three k_0; measured (docs/cluster.md).
 SECONDS_PER_STEP = 5e-6
 LEAKING = 20.0  # times longer if closed paths of the valve leak
 MARGIN, START = 3.0, 300.0  # factor on the expected time; s, to import and compile
