@@ -45,7 +45,7 @@ from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.pages.study_page import check_folder, save_study
 from pneumo.publish.text.formatting import preformatted
 from pneumo.publish.text.terminal_tables import study_text
-from pneumo.selection.answer import Answer, answers, export_command
+from pneumo.selection.answer import Answer, answers, export_command, exported_name
 from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import check_output, write_text
@@ -211,11 +211,19 @@ class ModelStudy:
         """Answer for each cylinder: the model to take, the error budget, and what to measure next."""
         return answers(self.cells)
 
+    def _answer(self, cylinder: str | None) -> Answer:
+        """Answer for a cylinder, by default the first; `InputError` if it is unknown or has no model."""
+        named = {answer.ranking.cylinder: answer for answer in self.answers}
+        answer = named.get(next(iter(named)) if cylinder is None else cylinder)
+        if answer is None:
+            raise InputError(f"cylinder = {cylinder!r}: must be one of {', '.join(named)}")
+        if not answer.chosen:
+            raise InputError(f"{answer.ranking.cylinder}: no model to show: {answer.reason}")
+        return answer
+
     def plot(self, cylinder: str | None = None) -> Figure:
         """Figure of the error budget of a cylinder; by default of the first."""
-        return budget_figure(
-            next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
-        )
+        return budget_figure(self._answer(cylinder))
 
     def to_xarray(self) -> xr.Dataset:
         """Errors of every model, run and drawn cylinder, as ``study.nc`` has them."""
@@ -223,10 +231,10 @@ class ModelStudy:
 
     def export(self, file: Path | str, to: str = "c", cylinder: str | None = None) -> list[Path]:
         """Write the recommended model of a cylinder, by default the first, as source code or FMU."""
-        answer = next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
-        chosen = answer.contender(answer.chosen)
-        n = None if np.isnan(chosen.row.n) else chosen.row.n
-        return _export(self.configuration, answer.ranking.cylinder, chosen.exported_name, n, to, file)
+        answer = self._answer(cylinder)
+        n = answer.budget.row(answer.chosen).n
+        model, n = exported_name(answer.chosen), None if np.isnan(n) else n
+        return _export(self.configuration, answer.ranking.cylinder, model, n, to, file)
 
     def save(self, folder: Path | str) -> tuple[Path, Path]:
         """Write study.html and study.nc into a folder; return their paths."""

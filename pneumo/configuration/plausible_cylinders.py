@@ -13,7 +13,6 @@ from pneumo.configuration.parameters import STANDARD_GRAVITY, Sources, plant_of
 from pneumo.configuration.schema import Configuration, CylinderSection
 from pneumo.configuration.schema_messages import error_line
 from pneumo.errors import BadRowsError, ConfigurationError
-from pneumo.physics.valve import mass_flow
 
 LEAST_MM = 1.0  # bore and stroke; the smallest of catalogues have 2.5 mm
 ATMOSPHERE = (3e4, 1.2e5)  # Pa: on the highest mountain, and in a deep mine
@@ -85,8 +84,7 @@ def _of_cylinder(section: CylinderSection, plant: Plant, loops: Set[str]) -> Ite
             reason += "; is it a weight? then mass_kg and incline_deg"
         yield Implausible((key,), getattr(section, key), reason)
         return
-    flow = mass_flow(plant.valve.k_xu * plant.valve.u_max, s.P_s, s.P_0, s.T_in, plant.gas)
-    speed = flow * plant.gas.R * s.T_0 / (s.P_0 * c.A_A)  # of a chamber at rest pressure that takes it all
+    speed = plant.speed
     opening: tuple[Path, float] = (("k_x_k_u_m2_per_V",), section.k_x_k_u_m2_per_V or 0.0)
     if section.valve is not None:
         key, value = section.valve.flow_as_given

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment, Plant, Study
+from pneumo.configuration.experiment import Drive, Experiment, Plant, Study
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.uncertain import GROUPS, Uncertain, plant_with
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
-from pneumo.simulation.full_order import record, thermal_time_constant
+from pneumo.simulation.full_order import Recording, record, recorded, thermal_time_constant
 from pneumo.simulation.replay import full_order_mse, replay
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.error_budget import FULL_ORDER, NOTHING
@@ -31,6 +31,7 @@ SHORTEST, DRAWN_STEP = 2.0, 4e-3  # s, of a drawn cylinder's run
 POINTS_SEED = 2006  # of the scrambled points
 ROWS = (*MODELS, FULL_ORDER)
 LABELS = ("experiment", "cylinder", "loop", "k_0", "seed")
+REST = 3.0  # s, after a stroke
 LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's rule
 DRAWN_RUN = 5.0  # the same of each of many drawn cylinders
 TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experiment's stride
@@ -74,12 +75,10 @@ def seeds_of(experiment: Experiment, count: int) -> list[int]:
 
 def simulated_time(study: Study, uncertain: Mapping[str, Uncertain] | None = None) -> float:
     """Total simulated time of all runs of a study, s."""
-    total = 0.0
-    for e in study.experiments.values():
-        total += e.duration * len(seeds_of(e, study.seeds))
-        if uncertain:
-            groups = len(uncertain[e.cylinder].groups)
-            total += shortened(e).duration * (DRAWS + (2 * groups + 1) * PART_DRAWS)
+    experiments = study.experiments.values()
+    total = sum(e.duration * len(seeds_of(e, study.seeds)) for e in experiments)
+    for e in experiments if uncertain else ():
+        total += shortened(e).duration * (DRAWS + (2 * len(uncertain[e.cylinder].groups) + 1) * PART_DRAWS)
     return total
 
 
@@ -117,12 +116,30 @@ def errors_on(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, fl
     Rows are models at an n, then the full order. NaN for replays that fail. Signals inside a step are
     computed from the run's state with the experiment's plant.
     """
-    recording = record(experiment._replace(plant=plant))._replace(plant=experiment.plant)
-    gamma = experiment.plant.gas.gamma
+    return _errors(record(experiment._replace(plant=plant)), experiment.plant, rows)
+
+
+def _errors(recording: Recording, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:
+    """Mean square errors, as of `errors_on`, of models with a plant on a recording of another one."""
+    recording, gamma = recording._replace(plant=plant), plant.gas.gamma
     lanes = lane_array([lane(MODELS[model], n, gamma) for model, n in rows])
-    cells = replay(recording, lanes, EXACT_SAMPLING, experiment.steps)
+    cells = replay(recording, lanes, EXACT_SAMPLING, len(recording.u) - 1)
     mse = np.where(cells.status != 0, np.nan, cells.mse)
     return np.vstack([mse, full_order_mse(recording, [full_order_lane(gamma)], EXACT_SAMPLING)])
+
+
+def stroke_errors(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:
+    """Errors as of `errors_on` over a full stroke from vented into rest, as `pneumo simulate` makes it.
+
+    The valve is fully open for three times the duration of a stroke and 1 s more, then shut for `REST`.
+    """
+    c, h = plant.conditions, experiment.h
+    opened = 1.0 + 3 * experiment.plant.cylinder.stroke / experiment.plant.speed
+    u = np.zeros(1 + round((opened + REST) / h))
+    u[: round(opened / h)] = plant.valve.u_max
+    start = np.array([plant.cylinder.x_min, 0.0, c.P_atm, c.T_amb, c.P_atm, c.T_amb])
+    given = experiment._replace(plant=plant, drive=Drive(False, 0.0, np.inf))
+    return _errors(recorded(given, u, start), experiment.plant, rows)
 
 
 def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Dataset:
@@ -168,7 +185,8 @@ def drawn_errors(
     `rows` are the models, each at one n. Returns, in Pa^2, by (experiment, draw, row, chamber) `mse_drawn` of
     these and of the full order; if `draws` is `DRAWS`, by (group, experiment, part_draw, row, chamber)
     `mse_alone`, where only the quantities of one group deviate or, in the group `NOTHING`, none, and
-    `mse_others`, where all but this group do; NaN for a group that is known.
+    `mse_others`, where all but this group do; NaN for a group that is known; and `mse_stroke`, of the first
+    experiment's plant over full strokes into rest.
     """
     deviations = drawn_deviations(uncertain, draws)
 
@@ -184,6 +202,10 @@ def drawn_errors(
         items = [(shortened(e), draw) for e in experiments for draw in range(len(moved))]
         return np.array(list(pool.map(work, items))).reshape(len(experiments), len(moved), len(ROWS), 2)
 
+    def stroke(moved: np.ndarray) -> np.ndarray:
+        e = experiments[0]
+        return stroke_errors(e, plant_with(e.plant, uncertain.names, moved), rows)
+
     about = {"units": "Pa2", "long_name": "mean square error on cylinders drawn from what is not known"}
     measured = [[uncertain.measured.get(name, np.nan) for name in ROWS]] * len(experiments)
     on_record = {"units": "Pa", "long_name": "RMS error on the part of a record that its fit did not see"}
@@ -197,16 +219,20 @@ def drawn_errors(
         {"chamber": CHAMBERS, "row": list(ROWS)},
     )
     if draws == DRAWS:
-        all_off = deviations[:PART_DRAWS]
+        all_off, dims = deviations[:PART_DRAWS], ("experiment", "part_draw", "row", "chamber")
         alone = np.full((len(GROUPS) + 1, len(experiments), PART_DRAWS, len(ROWS), 2), np.nan)
         others = alone.copy()
         for group in uncertain.groups:
             off = uncertain.alone(group, all_off)
             alone[GROUPS.index(group)], others[GROUPS.index(group)] = errors(off), errors(all_off - off)
         alone[-1] = errors(0 * all_off)
-        for name, mse, words in (("mse_alone", alone, "only"), ("mse_others", others, "all but")):
-            about = about | {"long_name": f"the same if {words} the quantities of one group are off"}
-            cells[name] = (("group", "experiment", "part_draw", "row", "chamber"), mse, about)
+        strokes = [list(pool.map(stroke, all_off))] * len(experiments)
+        for name, of_dims, mse, words in (
+            ("mse_alone", ("group", *dims), alone, "if only the quantities of one group are off"),
+            ("mse_others", ("group", *dims), others, "if all but the quantities of one group are off"),
+            ("mse_stroke", dims, strokes, "over a full stroke from vented into rest"),
+        ):
+            cells[name] = (of_dims, mse, about | {"long_name": f"the same {words}"})
         cells = cells.assign_coords(group=[*GROUPS, NOTHING])
     return cells
 

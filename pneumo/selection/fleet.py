@@ -22,18 +22,11 @@ from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answers
 from pneumo.selection.cylinder_ranking import one_run, run_study
 from pneumo.statistics.error_budget import FULL_ORDER
-from pneumo.statistics.intervals import UNKNOWN, Interval
 from pneumo.storage.files import read
 from pneumo.storage.layout import described
 
 INDEX = "fleet.nc"
-CELLS = (
-    "mean_error",
-    "variance",
-    "mse",
-    "failure_time",
-    "mse_drawn",
-)  # 4 bytes
+CELLS = ("mean_error", "variance", "mse", "failure_time", "mse_drawn")  # 4 bytes
 DRAWS = 16  # of each cylinder; the parts of the error are left to `pneumo study`
 
 ABOUT = {  # unit, long name
@@ -58,6 +51,7 @@ ABOUT |= {
     for name in ("best_mse", "over_best")
     for end, words in (("low", "lower"), ("high", "upper"))
 }
+RANKED = [name for name in ABOUT if name.startswith(("place", "best_", "over_best", "failed"))]
 INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0", "limits")  # of the index
 
 
@@ -71,34 +65,26 @@ def studies_of(study: Study) -> dict[str, Study]:
     return studies
 
 
-def _ends(name: str, dim: str, intervals: Sequence[Interval]) -> dict[str, Any]:
-    value, low, high = np.array(intervals).T
-    return {name: (dim, value), f"{name}_low": (dim, low), f"{name}_high": (dim, high)}
-
-
 def answer_dataset(answer: Answer) -> xr.Dataset:
     """Answer for one cylinder, with its ranking by model; `ABOUT` has the units."""
-    ranking = answer.ranking
-    by_model = {row.model: row for row in ranking.rows}
-    expected = {row.model: row for row in ranking.budget.rows} if ranking.budget else {}
-    full_order = expected.get(FULL_ORDER)
-    rows = [by_model.get(name) for name in MODELS]
+    ranking, names = answer.ranking, list(MODELS)
+    rows = ranking.budget.rows if ranking.budget else ()
+    rms, n = ({row.model: getattr(row, key) for row in rows} for key in ("rms", "n"))
+    table = ranking.table.reindex(index=names, columns=RANKED)
+    counts = {name: ("model", table[name].fillna(0).to_numpy(np.int32)) for name in ("place", "failed")}
     variables: dict[str, Any] = {
         "recommended": ((), answer.chosen),
         "as_good": ((), ", ".join(answer.as_good)),
         "reason": ((), answer.reason),
         "advice": ((), "\n".join(answer.advice)),
         "runs": ((), np.int32(ranking.runs)),
-        "expected_rms": ("model", [expected[name].rms if name in expected else np.nan for name in MODELS]),
-        "expected_rms_of_full_order": ((), full_order.rms if full_order else np.nan),
-        "expected_n": ("model", [expected[name].n if name in expected else np.nan for name in MODELS]),
-        "best_n": ("model", [row.n if row else np.nan for row in rows]),
-        **_ends("best_mse", "model", [row.mse if row else UNKNOWN for row in rows]),
-        **_ends("over_best", "model", [row.over_best if row else UNKNOWN for row in rows]),
+        "expected_rms": ("model", [rms.get(name, np.nan) for name in names]),
+        "expected_rms_of_full_order": ((), rms.get(FULL_ORDER, np.nan)),
+        "expected_n": ("model", [n.get(name, np.nan) for name in names]),
+        **{str(name): ("model", table[name].to_numpy(float)) for name in table},
+        **counts,
     }
-    for name in ("place", "failed"):
-        variables[name] = ("model", np.array([getattr(row, name) if row else 0 for row in rows], np.int32))
-    return xr.Dataset(variables, {"model": list(MODELS)})
+    return xr.Dataset(variables, {"model": names})
 
 
 def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 from ranked_cells import LEVEL, answered, made
 
+import pneumo
 from pneumo.configuration.conductance import conductance
 from pneumo.configuration.parameters import load, study, validated
 from pneumo.configuration.uncertain import GROUPS, SIGMAS, Uncertain, plant_with, uncertainties
@@ -19,12 +20,14 @@ from pneumo.selection.answer import export_command, model_cost
 from pneumo.selection.cylinder_ranking import (
     DRAWS,
     PART_DRAWS,
+    REST,
     ROWS,
     drawn_deviations,
     errors_on,
     run_study,
     seeds_of,
     shortened,
+    stroke_errors,
 )
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.statistics.error_budget import FULL_ORDER
@@ -146,7 +149,7 @@ def test_a_study_of_drawn_cylinders_does_not_depend_on_threads_and_counts_its_ti
     deviations = drawn_deviations(unknown[e.cylinder], DRAWS)[draw]
     own = shortened(e).with_seed(seeds_of(e, DRAWS)[draw])
     best = answered(one.assign_coords(cylinder=("experiment", ["mine"]))).ranking
-    rows = [(name, float(np.nan_to_num(best.row(name).n, nan=1.2))) for name in MODELS]
+    rows = [(name, float(np.nan_to_num(best.table["best_n"][name], nan=1.2))) for name in MODELS]
     again = errors_on(own, plant_with(own.plant, ("C", "k_0"), deviations), rows)
     np.testing.assert_array_equal(one["mse_drawn"].values[0, draw], again)
 
@@ -187,7 +190,7 @@ def test_failures_leave_no_answer_or_are_last():
     cells = made()
     cells["mse_drawn"].loc[{"row": "M8"}] = np.nan
     answer = answered(cells)
-    assert answer.contenders[-1].row.model == "M8" and answer.contenders[-1].row.rms == np.inf
+    assert answer.rows[-1].model == "M8" and answer.rows[-1].rms == np.inf
     cells["mse_drawn"][:] = np.nan
     assert answered(cells).reason == "every model failed in a run"
 
@@ -199,6 +202,24 @@ def test_short_runs_narrow_grids_and_rest_are_named():
     assert "Longer runs: X" in advice and "A wider grid" in advice
     level = LEVEL | {"M9": 0.1, "M10": 0.2}
     assert "M9 drifts to P_0 in a closed chamber" in " ".join(answered(made(level)).advice)
+
+
+def test_full_strokes_are_those_of_simulate_and_change_the_answer_if_a_model_drifts_there():
+    e = study(load(TEMPLATE)).experiments["open"]
+    opened = round((1 + 3 * e.plant.cylinder.stroke / e.plant.speed) / e.h)
+    command = np.where(np.arange(1 + opened + round(REST / e.h)) < opened, 10.0, 0.0)
+    run = pneumo.simulate(e.plant, e.h, command=command, start="vented")
+    assert len(run.strokes) == 1
+    found = stroke_errors(e, e.plant, [("M6", 1.3), ("M7", 1.3)])
+    expected = [pneumo.replay(name, n, run).mse for name, n in (("M6", 1.3), ("M7", 1.3), ("full", None))]
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
+    cells = made(LEVEL | {"M9": 0.1, "M10": 0.2})
+    assert "strokes" not in " ".join(answered(cells).advice)
+    strokes = cells["mse_alone"].isel(group=-1, drop=True) * 0 + 25e6
+    strokes.loc[{"row": "M9"}] = 4e10
+    answer = answered(cells.assign(mse_stroke=strokes))
+    assert answer.chosen == "M9" and answer.reason == answered(cells).reason
+    assert "Over full strokes into rest M9 has 200 kPa: take M4, 5 kPa." in answer.advice
 
 
 def test_the_next_command_exports_the_model():

@@ -12,7 +12,16 @@ from pneumo.errors import InputError, ResultError
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.cylinder_template import write_table_template
-from pneumo.selection.fleet import CELLS, DRAWS, fleet_index, run_block, stored_cylinder, studies_of, together
+from pneumo.selection.fleet import (
+    CELLS,
+    DRAWS,
+    RANKED,
+    fleet_index,
+    run_block,
+    stored_cylinder,
+    studies_of,
+    together,
+)
 from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.storage.files import write
 
@@ -71,18 +80,15 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
     ranking = answer.ranking
     assert (mine["recommended"].item(), int(mine["runs"])) == (answer.chosen, ranking.runs)
     assert mine["as_good"].item() == ", ".join(answer.as_good)
-    full_order = answer.contender(FULL_ORDER).row.rms
+    full_order = answer.budget.row(FULL_ORDER).rms
     assert mine["expected_rms_of_full_order"].item() == pytest.approx(full_order, rel=1e-5)
-    for row in ranking.rows:
-        stored = mine.sel(model=row.model)
-        assert (stored["place"], stored["failed"]) == (row.place, row.failed)
+    for model, row in ranking.table.iterrows():
+        stored, expected = mine.sel(model=model), answer.budget.row(model)
         # Four bytes have 24 binary digits.
-        expected = answer.contender(row.model).row
         found = [stored["expected_rms"].item(), stored["expected_n"].item()]
         assert found == pytest.approx([expected.rms, expected.n], rel=1e-5, nan_ok=True)
-        for name, interval in (("best_mse", row.mse), ("over_best", row.over_best)):
-            ends = [stored[f"{name}{end}"].item() for end in ("", "_low", "_high")]
-            assert ends == pytest.approx(list(interval), rel=1e-5)
+        for name in RANKED:
+            assert stored[name].item() == pytest.approx(row[name], rel=1e-5, nan_ok=True)
 
 
 def test_each_cylinder_is_drawn_from_what_is_known_about_it(short, block):
@@ -117,7 +123,7 @@ def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, blo
     assert (again.reason, "\n".join(again.advice)) == (stored["reason"].item(), stored["advice"].item())
     assert stored["bore"] == next(iter(cylinder.experiments.values())).plant.cylinder.bore
     # Both from what was kept, in eight bytes: four would leave 6e-8.
-    errors = {row.model: row.mse.value for row in again.ranking.rows}
+    errors = again.ranking.table["best_mse"].to_dict()
     assert stored["best_mse"].sel(model=list(errors)).values == pytest.approx([*errors.values()], rel=1e-12)
     assert cells["mse"].dtype == float
     assert json.loads(block["parameters"].values[0])["n"] == [1.2, 1.3]
