@@ -171,10 +171,11 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
         if known**2 * (1 + MATERIAL) < lowest**2:
             how = "another record" if budget.measured else "`pneumo fit` on 20 s"
             lines.append(f"Measure the {group} first: {_kpa(lowest)} becomes {_kpa(known)}; {how}.")
-    strokes = {row.model: row.stroke for row in budget.rows if np.isfinite(row.stroke)}
-    if strokes and chosen.model not in (best := _within(strokes)):
-        other = f"take {named(budget.row(best[0]))}, {_kpa(strokes[best[0]])}"
-        lines.append(f"Over full strokes into rest {chosen.model} has {_kpa(chosen.stroke)}: {other}.")
+    both = {row.model: (row.rms**2 + row.stroke**2) ** 0.5 for row in budget.rows}
+    if not np.isnan(chosen.stroke) and chosen.model not in (best := _within(both)):
+        other = budget.row(best[0])
+        change = f"for both take {named(other)}, {_kpa(other.rms)} and {_kpa(other.stroke)}"
+        lines.append(f"Over full strokes into rest {chosen.model} has {_kpa(chosen.stroke)}: {change}.")
     if chosen.model != FULL_ORDER:
         model = MODELS[chosen.model]
         if model.temperature == "polytropic" and model.wall != "none":
