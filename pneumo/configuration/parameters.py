@@ -28,7 +28,7 @@ from pneumo.configuration.schema import (
 from pneumo.configuration.schema_messages import Written, error_line
 from pneumo.configuration.schema_parts import merged
 from pneumo.configuration.signal_file import read_column
-from pneumo.errors import ConfigurationError, printable
+from pneumo.errors import error_of_lines, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, exact_gas, sonic_coefficient
@@ -40,20 +40,27 @@ def validated(
     """Validate a merged configuration.
 
     `sources` (name and content of each file, later ones override earlier ones) and `written` (a function that
-    finds where a field is written, if not under its path) are for the error message only.
+    finds where a field of a table is written) are for the error message only.
 
     Raises
     ------
     ConfigurationError
         With one line that names source, field, value and what is allowed.
+    BadRowsError
+        With a line for each wrong row of a table, if there are several.
     """
     try:
         return Configuration.model_validate(content)
     except ValidationError as error:
         # A misspelt key is also a missing key: report the misspelt one.
         order = {"extra_forbidden": 0, "missing": 2}
-        first = min(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
-        raise ConfigurationError(" ".join(error_line(first, sources, *written).split())) from None
+        found = sorted(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
+        firsts: dict[Any, Any] = {}
+        for e in found if written else found[:1]:  # the first of each row
+            if e["loc"][:1] == found[0]["loc"][:1]:
+                firsts.setdefault(e["loc"][:2], e)
+        lines = dict.fromkeys(" ".join(error_line(e, sources, *written).split()) for e in firsts.values())
+        raise error_of_lines(list(lines)) from None
 
 
 def load(*files: Path | str) -> Configuration:

@@ -12,7 +12,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import STANDARD_GRAVITY, Sources, plant_of
 from pneumo.configuration.schema import Configuration, CylinderSection
 from pneumo.configuration.schema_messages import error_line
-from pneumo.errors import BadRowsError, ConfigurationError
+from pneumo.errors import error_of_lines
 
 LEAST_MM = 1.0  # bore and stroke; the smallest of catalogues have 2.5 mm
 ATMOSPHERE = (3e4, 1.2e5)  # Pa: on the highest mountain, and in a deep mine
@@ -129,27 +129,10 @@ def _too_large(section: CylinderSection, plant: Plant, loops: Set[str]) -> Itera
 
 
 def checked(sources: Sources, *, trust: bool = False) -> Configuration:
-    """Validate a configuration; unless `trust` is true, also refuse `implausible` values.
-
-    Raises
-    ------
-    ConfigurationError
-        With one line, as `Sources.validated`.
-    BadRowsError
-        With a line for each wrong row of its table, if there are several.
-    """
-    try:
-        configuration = sources.validated()
-    except ConfigurationError:
-        lines = _bad_rows(sources)
-        if len(lines) < 2:  # what is wrong is not in the rows, or in one only
-            raise
-        raise BadRowsError(lines) from None
-    lines = [] if trust else [_line(problem, sources) for problem in implausible(configuration)]
-    if len(lines) > 1 and sources.table is not None:
-        raise BadRowsError(lines)
-    if lines:
-        raise ConfigurationError(lines[0])
+    """Validate a configuration, as `Sources.validated`; unless `trust`, also refuse `implausible` values."""
+    configuration = sources.validated()
+    if not trust and (lines := [_line(problem, sources) for problem in implausible(configuration)]):
+        raise error_of_lines(lines if sources.table else lines[:1])
     return configuration
 
 
@@ -166,17 +149,3 @@ def _line(problem: Implausible, sources: Sources) -> str:
     if table is None:
         return error_line(error, sources.parts)
     return error_line(error, [*sources.parts, table.source], lambda path: table.written(path, experiments))
-
-
-def _bad_rows(sources: Sources) -> list[str]:
-    """Error messages, one for each wrong row of the table of cylinders; empty without a table."""
-    table = sources.table
-    if table is None:
-        return []
-    lines: dict[str, None] = {}  # each once: what is wrong in every row is the configuration's mistake
-    for name in table.rows:
-        try:
-            sources._replace(table=table.part([name])).validated()
-        except ConfigurationError as error:
-            lines[str(error)] = None
-    return list(lines)

@@ -79,5 +79,6 @@ def test_without_pyarrow_one_line_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     write_table_template(Path("fleet.yaml"))
     name_it("fleet.parquet")
+    Path("fleet.parquet").touch()
     problem = "a Parquet file needs pyarrow; pip install pyarrow"
     assert refusal() == f"parquet.yaml: cylinders = 'fleet.parquet': {problem}"
