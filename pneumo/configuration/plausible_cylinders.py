@@ -4,7 +4,7 @@ In such a configuration each number is in its own range, but together they descr
 depends on this module: it only refuses configurations, and `--trust` skips it.
 """
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterator
 from math import inf, radians, sin
 from typing import Any, NamedTuple
 
@@ -20,7 +20,6 @@ FASTEST = 30.0  # m/s with the valve fully open: ten times the speed of fast pne
 SLOWEST = 1000.0  # s for a stroke
 MOST_DEAD = 20.0  # volumes of a stroke, which then changes the pressure by 5 %
 LEAST_ACCELERATION = 0.2  # m/s² of the mass by the air alone; axes reach 1 to 50
-MOST_VOLTS = 10.0  # times u_max_V; a Gaussian command and levels above 1 exceed it too
 REMEDY = "correct it, or accept it with --trust (snakemake: --config trust=true)"
 
 Path = tuple[Any, ...]
@@ -47,21 +46,14 @@ def implausible(configuration: Configuration) -> Iterator[Implausible]:
         return
     c = configuration
     chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
-    of_cylinders: dict[str, list[str]] = {}
-    for name in chosen:
-        of_cylinders.setdefault(c.experiments[name].cylinder, []).append(name)
-    for cylinder, names in of_cylinders.items():
-        loops = {c.experiments[name].loop for name in names}
-        for path, value, reason in _of_cylinder(c.cylinders[cylinder], plant_of(c, names[-1]), loops):
+    for cylinder, name in {c.experiments[name].cylinder: name for name in chosen}.items():
+        for path, value, reason in _of_cylinder(c.cylinders[cylinder], plant_of(c, name)):
             yield Implausible(("cylinders", cylinder, *path), value, reason)
             break
 
 
-def _of_cylinder(section: CylinderSection, plant: Plant, loops: Set[str]) -> Iterator[Implausible]:
-    """Yield implausible values in a cylinder's section; their paths are relative to the section.
-
-    Signals are judged in the `loops`, open and closed, of its experiments.
-    """
+def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible]:
+    """Yield implausible values in a cylinder's section; their paths are relative to the section."""
     for key in ("bore_mm", "stroke_mm"):
         value = getattr(section, key)
         if value < LEAST_MM:
@@ -101,12 +93,6 @@ def _of_cylinder(section: CylinderSection, plant: Plant, loops: Set[str]) -> Ite
     if needed[slowest] > SLOWEST:
         reason = f"a stroke takes {needed[slowest]:.3g} s, more than {SLOWEST:g} s: the piston cannot move"
         yield Implausible(*slowest, reason)
-    yield from _too_large(section, plant, loops)
-
-
-def _too_large(section: CylinderSection, plant: Plant, loops: Set[str]) -> Iterator[Implausible]:
-    """Yield dead volumes, a mass and amplitudes that are far too large for the cylinder."""
-    c, s = plant.cylinder, plant.conditions
     swept, air = c.A_A * c.stroke, min(c.A_A, c.A_B) * (s.P_s - s.P_atm)
     for key in ("dead_volume_m3", "dead_volume_B_m3"):
         volume = getattr(section, key) or 0.0
@@ -116,16 +102,6 @@ def _too_large(section: CylinderSection, plant: Plant, loops: Set[str]) -> Itera
     if air < LEAST_ACCELERATION * c.M:
         reason = f"the air, {air:.3g} N, accelerates it by {air / c.M:.3g} m/s² at most; is it in grams?"
         yield Implausible(("mass_kg",), section.mass_kg, reason)
-    opened, closed = section.open_loop, section.closed_loop
-    if "open" in loops and opened and opened.amplitude_V > MOST_VOLTS * section.u_max_V:
-        reason = f"more than {MOST_VOLTS:g} times u_max_V = {section.u_max_V:g}; is it in mV?"
-        yield Implausible(("open_loop", "amplitude_V"), opened.amplitude_V, reason)
-    if "closed" in loops and closed:
-        key = "variance_m2" if closed.amplitude_mm is None else "amplitude_mm"
-        mm = 1e3 * (closed.variance_m2 or 0.0) ** 0.5 if closed.amplitude_mm is None else closed.amplitude_mm
-        if mm > section.stroke_mm:  # half of it is all that x has to either side; levels may be below 1
-            reason = f"an amplitude of {mm:.4g} mm exceeds the stroke, {section.stroke_mm:g} mm"
-            yield Implausible(("closed_loop", key), getattr(closed, key), reason)
 
 
 def checked(sources: Sources, *, trust: bool = False) -> Configuration:

@@ -4,12 +4,10 @@ Keys name their unit (bore_mm); `pneumo.configuration.parameters` converts to SI
 """
 
 import itertools
-import unicodedata
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from pneumo.catalogue import measured_cylinders
 from pneumo.configuration.conductance import CONVERSIONS, USUAL_B, conductance
@@ -24,7 +22,6 @@ from pneumo.configuration.schema_parts import (
     Number,
     Seconds,
     Section,
-    Uncertainty,
     conflict,
     key_of,
     listed,
@@ -193,8 +190,8 @@ def _figure(meaning: str, largest: float) -> Any:
 class ValveSection(Section):
     """A valve by its catalogue: flow by ISO 6358, conductance C and critical ratio b at full opening.
 
-    Another figure of a catalogue is converted: the section then has the C that belongs to it. Conductances
-    are those with air, whatever the gas: the valve keeps its area.
+    Another figure of a catalogue is converted. Conductances are those with air, whatever the gas: the valve
+    keeps its area.
     """
 
     C_dm3_per_sbar: Number | None = key_of(
@@ -229,40 +226,14 @@ class ValveSection(Section):
         "instead of C: a table over the command", None, exclude_if=lambda value: value is None
     )
     leak_dm3_per_sbar: Number = key_of("sonic conductance of each closed path", 0.0, ge=0, le=100)
-    _given: tuple[str, float] | None = PrivateAttr(None)
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _with_conductance(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        section = handler(value)
-        C, *others = CONVERSIONS
-        given = [key for key in CONVERSIONS if getattr(section, key) is not None]
-        if section.curve and not given:
-            if section.curve.exhaust_C_dm3_per_sbar and section.exhaust_ratio != 1:
-                condition = "conflicts with curve.exhaust_C_dm3_per_sbar; give only one"
-                raise conflict(section.exhaust_ratio, condition, ("exhaust_ratio",), ("curve",))
-            return section
-        if section.curve:
-            value = getattr(section, given[0])
-            raise conflict(value, "conflicts with curve; give only one", (given[0],), ("curve",))
-        if not given:
-            raise conflict(None, f"or give {', '.join(others)}", (C,))
-        if len(given) > 1:
-            value = getattr(section, given[0])
-            raise conflict(value, f"conflicts with {given[1]}; give only one", (given[0],), (given[1],))
-        if given == [C]:
-            return section
-        figure = given[0], getattr(section, given[0])
-        rest = section.model_dump(exclude_unset=True, exclude={*CONVERSIONS})
-        converted = cls(C_dm3_per_sbar=conductance(*figure, section.critical_ratio), **rest)
-        converted._given = figure
-        converted._keep(section._uncertainties)
-        return converted
-
-    def _keep(self, found: Mapping[str, Uncertainty]) -> None:
-        super()._keep(found)
-        if self._given and (within := self.flow_within) is not None:
-            self._uncertainties["C_dm3_per_sbar"] = Uncertainty(100 * within, "%")
+    @model_validator(mode="after")
+    def _one_flow(self) -> Self:
+        self.exactly_one(*CONVERSIONS, "curve")
+        if self.curve and self.curve.exhaust_C_dm3_per_sbar and self.exhaust_ratio != 1:
+            condition = "conflicts with curve.exhaust_C_dm3_per_sbar; give only one"
+            raise conflict(self.exhaust_ratio, condition, ("exhaust_ratio",), ("curve",))
+        return self
 
     @property
     def critical_ratio(self) -> float:
@@ -271,25 +242,15 @@ class ValveSection(Section):
 
     @property
     def flow_as_given(self) -> tuple[str, float]:
-        """Key and value by which the configuration gives the flow."""
-        if self._given is not None:
-            return self._given
-        return "C_dm3_per_sbar", self.largest_C
-
-    @property
-    def flow_within(self) -> float | None:
-        """Relative uncertainty of the flow as given; None if the configuration has none."""
-        key, value = self.flow_as_given
-        given = self._uncertainties.get(key)
-        return None if given is None else given.half_width / (100 if given.percent else value)
+        """Key and value by which the configuration gives the flow; of a curve, the largest C."""
+        if self.curve:
+            return "C_dm3_per_sbar", max(self.curve.C_dm3_per_sbar)
+        return next((key, value) for key in CONVERSIONS if (value := getattr(self, key)) is not None)
 
     @property
     def largest_C(self) -> float:
         """C of the path from the supply where it is fully open, dm^3/(s bar)."""
-        if self.curve:
-            return max(self.curve.C_dm3_per_sbar)
-        assert self.C_dm3_per_sbar is not None
-        return self.C_dm3_per_sbar
+        return conductance(*self.flow_as_given, self.critical_ratio)
 
 
 class ValveDynamicsSection(Section):
@@ -380,7 +341,7 @@ class CylinderSection(Section):
 
     @model_validator(mode="after")
     def _one_valve_and_parts_that_fit(self) -> Self:
-        self.exactly_one("k_x_k_u_m2_per_V", "valve", "the section valve")
+        self.exactly_one("k_x_k_u_m2_per_V", "valve")
         if self.valve_B and not self.valve:
             raise conflict(None, "needed beside valve_B", ("valve",))
         if self.valve_B and self.valve_B.leak_dm3_per_sbar != (
@@ -471,8 +432,7 @@ class ExperimentSection(Section):
 
     @model_validator(mode="after")
     def _one_conductance(self) -> Self:
-        keys = ("k_0_W_per_K", "lambda_0_W_per_m2K")  # the error names the first if both are missing
-        self.exactly_one(*(keys if self.k_0_W_per_K is None else keys[::-1]))
+        self.exactly_one("k_0_W_per_K", "lambda_0_W_per_m2K")
         return self
 
 
@@ -497,11 +457,6 @@ class RunSection(Section):
     duration_limit_s: Seconds | None = key_of("full-order runs are cut to this length", None)
     seeds: Count = key_of("pneumo study: runs of each experiment, each with its own seed", 5, ge=1, le=1000)
     block_size: Count = key_of("table of cylinders: cylinders in one job of the workflow", 50, ge=1, le=10**6)
-
-
-def look(name: str) -> str:
-    """Text that is the same for names that differ by case or by look only."""
-    return unicodedata.normalize("NFKC", name).casefold()
 
 
 class Configuration(Section):
@@ -544,15 +499,12 @@ class Configuration(Section):
     )
 
     @model_validator(mode="after")
-    def _names_can_be_told_apart(self) -> Self:
+    def _names_differ_by_more_than_case(self) -> Self:
         for section in ("cylinders", "experiments", "levels"):
-            by_look: dict[str, str] = {}
+            names: dict[str, str] = {}
             for name in getattr(self, section):
-                if not all(c.isalnum() or c in "_-" for c in name):
-                    raise conflict(name, "contains a character that cannot be seen", (section, name))
-                other = by_look.setdefault(look(name), name)
-                if other != name:
-                    raise conflict(name, f"differs from {other} by case or look only", (section, name))
+                if (other := names.setdefault(name.lower(), name)) != name:
+                    raise conflict(name, f"differs from {other} by case only", (section, name))
         return self
 
     @model_validator(mode="after")

@@ -127,7 +127,7 @@ def test_figures_of_catalogues_give_the_conductance_with_its_accuracy(key, value
     assert note.startswith(f"own: {key} = {value:g} is C = ")
     section["valve"].pop("b")  # 0.3 then
     configuration = validated(merged(BASE, {"cylinders": {"own": OWN | section}}), ())
-    assert configuration.cylinders["own"].valve.C_dm3_per_sbar == pytest.approx(C, rel=2e-3)
+    assert configuration.cylinders["own"].valve.largest_C == pytest.approx(C, rel=2e-3)
     assert uncertainties(configuration)["own"].half_width("b") == pytest.approx(0.15)
     assert "0.3 assumed" in conversion_notes(configuration)[1]
 
@@ -224,7 +224,7 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
     ("experiment", "changes", "line"),
     [
         ({}, {"rod_mm": 25.0}, "own.rod_mm = 25.0: must be below bore_mm = 25 and be"),
-        ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with the section valve"),
+        ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with valve"),
         ({}, {"valve": None}, "k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;"),
         ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min, Q_nN_l_per_min, C_m3"),
         (
@@ -236,7 +236,7 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
         ({}, {"closed_loop": {"k_p_V_per_m": 1}}, "own.closed_loop.amplitude_mm: missing; must be a number"),
         ({}, {"closed_loop": TWICE}, "own.closed_loop.amplitude_mm = 10.0: conflicts with variance_m2"),
         ({"k_0_W_per_K": None}, {}, "X.k_0_W_per_K: missing; must be catalogue or a number"),
-        ({"lambda_0_W_per_m2K": 40.0}, {}, "X.lambda_0_W_per_m2K = 40.0: conflicts with k_0_W_per_K"),
+        ({"lambda_0_W_per_m2K": 40.0}, {}, "X.k_0_W_per_K = 0.3: conflicts with lambda_0_W_per_m2K"),
         ({"signal": {"kind": "sweep", "from_Hz": 1}}, {}, "X.signal.to_Hz: missing; must be a number"),
         ({"signal": {"kind": "prbs", "hold_s": 1}}, {}, "X.signal.hold_s = 1.0: not allowed with kind: prbs"),
         ({"signal": ABSENT}, {}, "experiments.X.signal.file = 'nowhere.csv': cannot be read"),
