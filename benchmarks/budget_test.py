@@ -137,7 +137,7 @@ def case(number: int) -> dict[str, Any] | None:
     x = recording.states[:, 0]
     if not np.isfinite(recording.states).all() or x.std() < MOVES * e.plant.cylinder.stroke:
         return None
-    cells = run_study(configured, 1, uncertain={"mine": uncertain}, traced=False)
+    cells = run_study(configured, 1, uncertain={"mine": uncertain})
     given = answer(cells, "mine")
     budget = given.budget
     n = {row.model: row.n if np.isfinite(row.n) else 1.0 for row in budget.rows}

@@ -85,10 +85,6 @@ def study(
     ] = None,
     threads: Threads = 2,
     trust: Trust = False,
-    stored: Annotated[
-        Path | None,
-        Option("--from", help="folder of a fleet's results: write the page of one --cylinder from them"),
-    ] = None,
     output: Annotated[
         Path | None, output_to("folder for study.html and study.nc [study-, with the files' names]")
     ] = None,
@@ -101,16 +97,6 @@ def study(
     from pneumo.publish.pages.study_page import check_folder
     from pneumo.storage.files import output_folder
 
-    if stored is not None:
-        if not cylinder or len(cylinder) > 1 or files or experiment or seeds:
-            raise InputError("--from RESULTS needs one --cylinder NAME and no files, --experiment or --seeds")
-        from pneumo.selection.fleet import stored_cylinder
-
-        folder = output or Path(f"study-{cylinder[0]}")
-        context.with_resource(output_folder(folder))
-        check_folder(folder)
-        chosen, cells = stored_cylinder(stored, cylinder[0])
-        return _report(chosen, cells, folder, chosen, details=details)
     if not files:
         raise InputError("Missing argument 'files': a configuration; `pneumo init` writes one")
     configuration = read_configuration(files, trust)  # before what takes a second to import

@@ -34,7 +34,6 @@ LABELS = ("experiment", "cylinder", "loop", "k_0", "seed")
 REST = 3.0  # s, after a stroke
 LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's rule
 DRAWN_RUN = 5.0  # the same of each of many drawn cylinders
-TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experiment's stride
 
 
 def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[str] = ()) -> Study:
@@ -142,33 +141,18 @@ def stroke_errors(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str
     return _errors(recorded(given, u, start), experiment.plant, rows)
 
 
-def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Dataset:
+def one_run(experiment: Experiment, n: tuple[float, ...]) -> xr.Dataset:
     """Run an experiment once and replay every model at every n on it.
 
     The dataset has the variables of `replayed_grid` without the pressures, those of `run_outcome`, and
-    `swing`, the standard deviation of the run's pressures, Pa. With `traced` it also has the first samples of
-    all pressures.
+    `swing`, the standard deviation of the run's pressures, Pa.
     """
     recording = record(experiment)
-    stride = experiment.pressure_stride if traced else experiment.steps
-    cells = replayed_grid(experiment, n, recording, EXACT_SAMPLING, stride)
-    pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
-    swing = {
-        "units": "Pa",
-        "long_name": "standard deviation of the pressures, root mean square of both chambers",
-    }
-    cells = cells.drop_vars(["pressure", "t"]).assign(
-        swing=((), float(recording.states[:, [2, 4]].var(axis=0).mean() ** 0.5), swing),
-        **run_outcome(recording),
-    )
-    if traced:
-        states = recording.states[: TRACED_SAMPLES * stride : stride]
-        full_order = {"units": "Pa", "long_name": "full order"}
-        cells["trace_t"] = ("sample", np.arange(len(states)) * experiment.h * stride, {"units": "s"})
-        cells["trace_x"] = ("sample", states[:, 0], {"units": "m", "long_name": "piston position"})
-        cells["trace_P"] = (("chamber", "sample"), states[:, [2, 4]].T, full_order)
-        cells["trace_pressure"] = pressure
-        cells = cells.pad(sample=(0, TRACED_SAMPLES - len(states)), constant_values=np.nan, keep_attrs=True)
+    cells = replayed_grid(experiment, n, recording, EXACT_SAMPLING, experiment.steps)
+    about = "standard deviation of the pressures, root mean square of both chambers"
+    swing = float(recording.states[:, [2, 4]].var(axis=0).mean() ** 0.5)
+    cells = cells.drop_vars(["pressure", "t"]).assign(**run_outcome(recording))
+    cells["swing"] = ((), swing, {"units": "Pa", "long_name": about})
     return cells.assign_coords(seed=experiment.excitation.seed, chamber=CHAMBERS)
 
 
@@ -242,8 +226,6 @@ def run_study(
     threads: int,
     progress: Callable[[float], None] = lambda _seconds: None,
     uncertain: Mapping[str, Uncertain] | None = None,
-    *,
-    traced: bool = True,
     draws: int = DRAWS,
 ) -> xr.Dataset:
     """Run every experiment of a study with several seeds, and replay every model at every n on each run.
@@ -252,14 +234,13 @@ def run_study(
     `uncertainties`; without it no cylinders are drawn. `progress` is called after each run with its simulated
     time, s.
 
-    Returns the variables of `one_run` by (experiment, run, ...) and those of `drawn_errors`; with `traced`,
-    pressures over time of each experiment's first run; by experiment, `time_constant`, s, and `duration`, s.
-    The result does not depend on the number of threads.
+    Returns the variables of `one_run` by (experiment, run, ...) and those of `drawn_errors`; by experiment,
+    `time_constant`, s, and `duration`, s. The result does not depend on the number of threads.
     """
 
     def work(item: tuple[Experiment, int]) -> xr.Dataset:
         e, seed = item
-        cells = one_run(e.with_seed(seed), study.n, traced and seed == e.excitation.seed)
+        cells = one_run(e.with_seed(seed), study.n)
         progress(e.duration)
         return cells
 
@@ -282,11 +263,8 @@ def run_study(
     parts: list[xr.Dataset] = []
     for e in experiments:
         runs = [cells for (experiment, _), cells in done if experiment is e]  # sorting keeps their order
-        traces = [str(name) for name in runs[0] if str(name).startswith("trace_")]
-        cells = [run.drop_vars(traces, errors="ignore") for run in runs]
-        cells = cells * count if len(cells) == 1 else cells
-        part = xr.concat(cells, "run", coords=["seed"], compat="equals", combine_attrs="drop_conflicts")
-        part = part.assign({name: runs[0][name].drop_vars("seed") for name in traces})
+        runs = runs * count if len(runs) == 1 else runs
+        part = xr.concat(runs, "run", coords=["seed"], compat="equals", combine_attrs="drop_conflicts")
         if e.name in drawn:
             part = part.merge(drawn[e.name], join="exact", combine_attrs="drop_conflicts")
         part["time_constant"] = ((), thermal_time_constant(e.plant), {"units": "s"})

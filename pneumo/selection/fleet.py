@@ -1,13 +1,8 @@
-"""Fleets: cylinders of a table, run and ranked block by block as by `pneumo study`.
-
-Errors are stored as 4-byte floats, and rankings are made from these, so that a page made later has the same
-ranking.
-"""
+"""Fleets: cylinders of a table, run and ranked block by block as by `pneumo study`."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,17 +10,14 @@ import xarray as xr
 
 from pneumo.configuration.cylinder_table import experiment_name
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.study_json import from_json, plain
+from pneumo.configuration.study_json import plain
 from pneumo.configuration.uncertain import Uncertain
-from pneumo.errors import InputError, ResultError
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answers
-from pneumo.selection.cylinder_ranking import one_run, run_study
+from pneumo.selection.cylinder_ranking import run_study
 from pneumo.statistics.error_budget import FULL_ORDER
-from pneumo.storage.files import read
 from pneumo.storage.layout import described
 
-INDEX = "fleet.nc"
 CELLS = ("mean_error", "variance", "mse", "failure_time", "mse_drawn")  # 4 bytes
 DRAWS = 16  # of each cylinder; the parts of the error are left to `pneumo study`
 
@@ -89,17 +81,12 @@ def answer_dataset(answer: Answer) -> xr.Dataset:
 
 def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
     """Results of one cylinder for a file: errors as 4-byte floats, answer and ranking, its study as JSON."""
+    (answer,) = answers(cells)
     cells = cells.assign({name: cells[name].astype(np.float32) for name in CELLS if name in cells})
-    (answer,) = answers(_exact(cells))
     cylinder = next(iter(study.experiments.values())).plant.cylinder
     sizes = {"bore": ((), cylinder.bore), "stroke": ((), cylinder.stroke)}
     parameters = {"parameters": ((), json.dumps(plain(study), allow_nan=False))}
     return cells.drop_vars("cylinder").merge(answer_dataset(answer)).assign(sizes | parameters)
-
-
-def _exact(cells: xr.Dataset) -> xr.Dataset:
-    """Errors converted back to 8-byte floats, as rankings and pages need them."""
-    return cells.assign({name: cells[name].astype(float) for name in CELLS if name in cells})
 
 
 def run_block(
@@ -116,15 +103,13 @@ def run_block(
     Returns
     -------
     xarray.Dataset
-        By (cylinder, experiment, run, ...) the variables of `run_study` without pressures over time; by
-        cylinder the variables of `ABOUT`, and `parameters`, its study as JSON.
+        By (cylinder, experiment, run, ...) the variables of `run_study`; by cylinder those of `ABOUT`, and
+        `parameters`, its study as JSON.
     """
 
     def work(item: tuple[str, Study]) -> xr.Dataset:
         name, of_cylinder = item
-        dataset = cylinder_dataset(
-            of_cylinder, run_study(of_cylinder, 1, uncertain=uncertain, traced=False, draws=DRAWS)
-        )
+        dataset = cylinder_dataset(of_cylinder, run_study(of_cylinder, 1, uncertain=uncertain, draws=DRAWS))
         progress(name)
         return dataset
 
@@ -153,40 +138,3 @@ def fleet_index(blocks: Mapping[str, xr.Dataset]) -> xr.Dataset:
         part["block"] = ("cylinder", [name] * part.sizes["cylinder"])
         parts.append(part.drop_vars("run_status"))
     return together(parts)
-
-
-def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
-    """Study of one cylinder of a fleet, and its results as from `run_study`, from the fleet's folder.
-
-    Errors have the precision of the 4-byte floats in the file; pressures over time are computed again.
-
-    Raises
-    ------
-    InputError
-        If the fleet has no such cylinder.
-    ResultError
-        If results are missing or damaged, or do not belong together.
-    """
-    index = read(folder / INDEX, "block")
-    names = index["cylinder"].values.tolist()
-    if cylinder not in names:
-        known = f"{', '.join(names[:20])}{', ...' if len(names) > 20 else ''}"
-        raise InputError(
-            f"cylinder = {cylinder[:50]!r}: no such cylinder in {folder / INDEX}; there are {known}"
-        )
-    file = folder / "fleet" / f"{index['block'].sel(cylinder=cylinder).item()}.nc"
-    block = read(file)
-    if cylinder not in block["cylinder"]:
-        raise ResultError(f"{file}: does not belong to {folder / INDEX}; `snakemake -j2` makes both again")
-    cells = block.sel(cylinder=cylinder)
-    study = from_json(cells["parameters"].item())
-    cells = cells.drop_vars([*ABOUT, "parameters", "cylinder"])
-    traces = [_traces(one_run(e, study.n, traced=True)) for e in study.experiments.values()]
-    cells = _exact(cells).merge(xr.concat(traces, "experiment", coords="minimal", compat="override"))
-    return study, cells.assign_coords(cylinder=("experiment", [cylinder] * len(traces)))
-
-
-def _traces(cells: xr.Dataset) -> xr.Dataset:
-    """Only the variables of a run's pressures over time: those whose names start with trace_."""
-    kept = [str(name) for name in cells if str(name).startswith("trace_")]
-    return cells[kept].drop_vars(["cylinder", "loop", "k_0", "seed"])
