@@ -27,7 +27,7 @@ def init(
     source: Annotated[
         Path | None, Option("--from", help="copy this configuration, such as fitted.yaml of a fit")
     ] = None,
-    keys: Annotated[bool, Option("--keys", help="print every key with its unit and range instead")] = False,
+    keys: Annotated[bool, Option("--keys", help="print every key with its range instead")] = False,
     trust: Trust = False,
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""

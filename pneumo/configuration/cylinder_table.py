@@ -55,11 +55,11 @@ class CylinderTable(NamedTuple):
         "row 3, column bore_mm". `experiments` are the names in the configuration file.
         """
         if path[:1] == ("experiments",) and len(path) > 1:
-            for cylinder, name in ((c, e) for e in experiments for c in self.rows):
-                if path[1] == experiment_name(cylinder, name):
-                    in_table = path[2:3] and path[2] in self.of_experiments[cylinder]
-                    path = ("cylinders", cylinder, path[2]) if in_table else ("experiments", name, *path[2:])
-                    break
+            made = {experiment_name(c, e): (c, e) for e in experiments for c in self.rows}
+            if (pair := made.get(path[1])) and path[2:3] and path[2] in self.of_experiments[pair[0]]:
+                path = ("cylinders", pair[0], path[2])
+            elif pair:
+                path = ("experiments", pair[1], *path[2:])
         if path[:1] == ("cylinders",) and len(path) > 1 and path[1] in self.rows:
             return path, f"row {self.rows[path[1]]}, column {'.'.join(map(str, path[2:])) or 'name'}"
         return path, dotted(path)

@@ -84,12 +84,6 @@ def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, An
 
 UNCERTAIN = re.compile(rf"({NUMBER.pattern})\s*(?:±|\+-|\+/-)\s*({NUMBER.pattern})\s*(%?)")
 MOST_PERCENT = 1e4
-REPLACED = {  # keys of earlier versions, and what to write instead
-    "accuracy": "write b: 0.3 ± 0.1, P_s_Pa: 700000 ± 2 % and so on, and what remains in the section sensors",
-    "valve_within_percent": "write it in the valve's own key, as in C_dm3_per_sbar: 1.5 ± 3 %",
-    "dead_volumes_within_percent": "write dead_volume_m3: 4.0e-6 ± 20 %",
-    "k_0_factor": "write it in the experiments, as in k_0_W_per_K: 0.3 ± 100 %, which is × or ÷ 2",
-}
 
 
 class Uncertainty(NamedTuple):
@@ -115,8 +109,6 @@ class Section(BaseModel):
             return handler(value)
         numbers, found = dict(value), dict[str, Uncertainty]()
         for key, given in value.items():
-            if key in REPLACED and key not in cls.model_fields:
-                raise conflict(given, f"no longer a key: {REPLACED[key]}", (key,))
             extra = cls.model_fields[key].json_schema_extra if key in cls.model_fields else None
             match = UNCERTAIN.fullmatch(given.strip()) if extra and isinstance(given, str) else None
             if match is None:

@@ -1,6 +1,7 @@
 """Signals from a user's file: one column of a CSV file."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,8 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
     elif cells.columns.tolist().count(column) > 1:
         problem = f"{file} has two columns of that name"
     if not problem:
-        numbers = cells[column].where(cells[column].str.fullmatch(NUMBER), "nan").astype(float)
+        texts: Any = cells[column]
+        numbers = texts.where(texts.str.fullmatch(NUMBER), "nan").astype(float)
         wrong = ~np.isfinite(numbers)
         if not wrong.any():
             return tuple(numbers.tolist())

@@ -3,7 +3,7 @@
 import re
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pneumo.errors import ConfigurationError, printable
 from pneumo.regular_file import regular_file
@@ -46,5 +46,5 @@ def read_csv(file: Path, named: str) -> "pd.DataFrame":
         cells = pd.DataFrame([[""]], dtype=object)
     except pd.errors.ParserError as error:
         raise ConfigurationError(f"{named}: {printable(str(error).strip(), 300)}") from None
-    cells = cells.apply(lambda column: column.str.strip())
-    return cells[1:].set_axis(cells.iloc[0].tolist(), axis="columns")
+    stripped: Any = cells.apply(lambda column: column.str.strip())
+    return stripped[1:].set_axis(stripped.iloc[0].tolist(), axis="columns")

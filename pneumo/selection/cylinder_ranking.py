@@ -41,22 +41,19 @@ def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[
 
     `InputError` if a name is unknown, or none of the experiments is on one of the cylinders.
     """
-    known_cylinders = {e.cylinder for e in study.experiments.values()}
-    kinds = ("cylinder", cylinders, known_cylinders), ("experiment", experiments, set(study.experiments))
-    for kind, wanted, names in kinds:
-        for name in wanted:
-            if name not in names:
-                known = ", ".join(sorted(names)[:20])
-                raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {known}")
+    kinds = ("cylinder", cylinders, {e.cylinder for e in study.experiments.values()})
+    for kind, wanted, names in (kinds, ("experiment", experiments, set(study.experiments))):
+        for name in set(wanted) - names:
+            known = ", ".join(sorted(names)[:20])
+            raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {known}")
     remaining = {
         name: e
         for name, e in study.experiments.items()
         if (not cylinders or e.cylinder in cylinders) and (not experiments or name in experiments)
     }
     if not remaining:
-        raise InputError(
-            "--cylinder, --experiment: none of the named experiments has one of the named cylinders"
-        )
+        problem = "none of the named experiments has one of the named cylinders"
+        raise InputError(f"--cylinder, --experiment: {problem}")
     return study._replace(experiments=remaining)
 
 
@@ -74,10 +71,12 @@ def seeds_of(experiment: Experiment, count: int) -> list[int]:
 
 def simulated_time(study: Study, uncertain: Mapping[str, Uncertain] | None = None) -> float:
     """Total simulated time of all runs of a study, s."""
-    experiments = study.experiments.values()
-    total = sum(e.duration * len(seeds_of(e, study.seeds)) for e in experiments)
-    for e in experiments if uncertain else ():
-        total += shortened(e).duration * (DRAWS + (2 * len(uncertain[e.cylinder].groups) + 1) * PART_DRAWS)
+    total = 0.0
+    for e in study.experiments.values():
+        total += e.duration * len(seeds_of(e, study.seeds))
+        if uncertain:
+            runs = DRAWS + (2 * len(uncertain[e.cylinder].groups) + 1) * PART_DRAWS
+            total += shortened(e).duration * runs
     return total
 
 

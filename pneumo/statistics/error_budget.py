@@ -9,7 +9,7 @@ products of both, whose mean is 0, so that few draws suffice. Parts of correlate
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -62,12 +62,12 @@ def error_budget(cells: xr.Dataset, best: Mapping[str, float]) -> Budget | None:
     if "mse_drawn" not in cells:
         return None
     over = ("experiment", "chamber")
-    drawn = cells["mse_drawn"].mean(over, skipna=False).to_pandas()
+    drawn: Any = cells["mse_drawn"].mean(over, skipna=False).to_pandas()
 
     def mean(name: str) -> xr.DataArray:
         return cells[name].mean((*over, "part_draw"), skipna=False)
 
-    left = None  # fraction of the mean square error that is left if a group is known
+    left: Any = None  # fraction of the mean square error that is left if a group is known
     if "mse_alone" in cells:
         others, alone = mean("mse_others"), mean("mse_alone")
         left = others / (others + (alone - alone.sel(group=NOTHING)).clip(min=0))
@@ -86,7 +86,7 @@ def error_budget(cells: xr.Dataset, best: Mapping[str, float]) -> Budget | None:
             row = row._replace(rms=_root(mse.mean()), low=float(low), high=float(high), known=dict(known))
         rows.append(row)
     rows.sort(key=lambda row: row.rms)
-    measured = cells["measured"].isel(experiment=0).to_pandas().dropna().to_dict()
+    measured = cells["measured"].isel(experiment=0).to_series().dropna().to_dict()
     groups: list[str] = [] if left is None else left.index.tolist()
     budget = Budget(tuple(rows), (), measured)
     return budget._replace(groups=tuple(sorted(groups, key=budget.lowest_if_known)))

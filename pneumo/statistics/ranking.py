@@ -5,7 +5,7 @@ model at the one n of its lowest error. Intervals are over runs with different s
 compared run by run, by the logarithm of the ratio of their errors.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -72,7 +72,7 @@ def rank_models(cells: xr.Dataset, cylinder: str) -> Ranking:
         "failed": at_n.isnull().any("chamber").sum(("experiment", "run")).values,
     }
     table = pd.DataFrame(columns, index=pd.Index(MODELS, name="model")).iloc[order]
-    by_experiment = at_n.mean(("run", "chamber")).transpose("experiment", "model").to_pandas() ** 0.5
+    by_experiment: Any = at_n.mean(("run", "chamber")).transpose("experiment", "model").to_pandas() ** 0.5
     budget = error_budget(cells, n.to_series().to_dict())
     return Ranking(cylinder, names, runs, failed_runs, table, by_experiment, budget)
 

@@ -86,7 +86,7 @@ BORE = ROW.replace("40", "-40", 1)
         ([f"a,{BORE.replace('-40', 'wide')}"], HEAD, ["row 2, column bore_mm = 'wide': must be a number"]),
         ([f"a,{BORE.replace('-40', '')}"], HEAD, ["row 2, column bore_mm: missing; must be a number"]),
         ([f"a,{ROW.replace('1e-6', '')}"], HEAD, ["column k_x_k_u_m2_per_V: missing", "or give valve"]),
-        ([f"a,{ROW},50"], f"{HEAD},rod_mm", ["row 2, column rod_mm = 50.0: must be below bore_mm = 40"]),
+        ([f"a,{ROW},50"], f"{HEAD},rod_mm", ["row 2, column bore_mm = 40.0: must exceed rod_mm = 50"]),
         ([f"a,{ROW},1", f"b,{ROW},-1"], f"{HEAD},k_0_W_per_K", ["row 3, column k_0_W_per_K = -1"]),
         ([f"1,{ROW}"], HEAD, ["row 2, column name = '1': the name must be text of at most 40 letters"]),
         ([f"a,{ROW}", f"a,{ROW}"], HEAD, ["row 3, column name = 'a': duplicate of row 2"]),

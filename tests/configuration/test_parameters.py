@@ -175,12 +175,6 @@ def test_rod_weight_and_load():
     assert c.V_d_B == 7e-6 and c.V_d_A == flat.V_d_A
 
 
-def test_wall_by_its_coefficient():
-    e = on_own_cylinder({"k_0_W_per_K": None, "lambda_0_W_per_m2K": 40.0})
-    area = 2 * math.pi / 4 * 0.025**2 + math.pi * 0.025 * 0.08  # both faces and half the wall
-    assert e.plant.k_0 == pytest.approx(40.0 * area)
-
-
 def test_an_override_of_the_wall_s_conductance_replaces_its_coefficient(tmp_path):
     mine = tmp_path / "mine.yaml"
     mine.write_text("experiments: {E01: {k_0_W_per_K: 0.3}, E03: {lambda_0_W_per_m2K: 40}}\n")
@@ -223,15 +217,11 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
 @pytest.mark.parametrize(
     ("experiment", "changes", "line"),
     [
-        ({}, {"rod_mm": 25.0}, "own.rod_mm = 25.0: must be below bore_mm = 25 and be"),
+        ({}, {"rod_mm": 25.0}, "own.bore_mm = 25.0: must exceed rod_mm = 25 and be"),
         ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with valve"),
         ({}, {"valve": None}, "k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;"),
         ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min, Q_nN_l_per_min, C_m3"),
-        (
-            {},
-            {"valve": TWO_FLOWS},
-            "own.valve.C_dm3_per_sbar = 1.0: conflicts with Q_n_l_per_min; give only one",
-        ),
+        ({}, {"valve": TWO_FLOWS}, "own.valve.C_dm3_per_sbar = 1.0: conflicts with Q_n_l_per_min; give"),
         ({}, {"open_loop": None}, "experiments.X.loop = 'open': needs the section cylinders.own.open_loop"),
         ({}, {"closed_loop": {"k_p_V_per_m": 1}}, "own.closed_loop.amplitude_mm: missing; must be a number"),
         ({}, {"closed_loop": TWICE}, "own.closed_loop.amplitude_mm = 10.0: conflicts with variance_m2"),
@@ -299,17 +289,10 @@ def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
 @pytest.mark.parametrize(
     ("override", "line"),
     [
-        ("accuracy: {b: 0.1}", "accuracy = {'b': 0.1}: no longer a key: write b: 0.3 ± 0.1"),
-        (
-            "cylinders: {mine: {k_0_factor: 3}}",
-            "k_0_factor = 3: no longer a key: write it in the experiments",
-        ),
+        ("accuracy: {b: 0.1}", "accuracy = {'b': 0.1}: unknown key"),
         ("cylinders: {mine: {mass_kg: 3 ± 1}}", "mass_kg = '3 ± 1': must be a number"),
         ("cylinders: {mine: {bore_mm: 25 ± -1}}", "'25 ± -1': the uncertainty must be 0 to 10000 %"),
-        (
-            "cylinders: {mine: {bore_mm: 2500 ± 1}}",
-            "bore_mm = 2500.0: must be a number greater than 0 and at",
-        ),
+        ("cylinders: {mine: {bore_mm: 2500 ± 1}}", "bore_mm = 2500.0: must be a number greater than 0"),
     ],
 )
 def test_an_uncertainty_that_cannot_be_is_refused(tmp_path, override, line):

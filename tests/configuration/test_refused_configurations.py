@@ -42,17 +42,6 @@ def test_bad_value(path, value, line):
     assert complaint(path, value) == f"mine.yaml: {path} = {line}"
 
 
-def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_no_text():
-    content = copy.deepcopy(BASE)
-    content["cylinders"]["D"]["bore_cm"] = content["cylinders"]["D"].pop("bore_mm")
-    line = error_of(content, ("p.yaml", content))
-    assert re.match(r"p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key, perhaps bore_mm; ", line)
-    override = {"experiments": {17: BASE["experiments"]["E01"]}}
-    line = error_of(merged(BASE, override), ("mine", override))
-    assert line.startswith("mine: experiments.17 = 17: the name must be text")
-    assert error_of(BASE | {17: 1}, ("mine", {17: 1})).startswith("mine: 17 = 17: unknown key")
-
-
 @pytest.mark.parametrize(
     ("path", "value", "line"),
     [
@@ -68,6 +57,17 @@ def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_n
 )
 def test_the_file_that_made_a_mistake_is_named_whatever_the_place(path, value, line):
     assert complaint(path, value) == f"mine.yaml: {line}"
+
+
+def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_no_text():
+    content = copy.deepcopy(BASE)
+    content["cylinders"]["D"]["bore_cm"] = content["cylinders"]["D"].pop("bore_mm")
+    line = error_of(content, ("p.yaml", content))
+    assert re.match(r"p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key, perhaps bore_mm; ", line)
+    override = {"experiments": {17: BASE["experiments"]["E01"]}}
+    line = error_of(merged(BASE, override), ("mine", override))
+    assert line.startswith("mine: experiments.17 = 17: the name must be text")
+    assert error_of(BASE | {17: 1}, ("mine", {17: 1})).startswith("mine: 17 = 17: unknown key")
 
 
 def test_the_last_file_that_sets_a_field_or_makes_a_conflict_is_named(tmp_path):

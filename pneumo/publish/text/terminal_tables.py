@@ -43,22 +43,19 @@ BUDGET_TITLE = (
 def ranking_rows(ranking: Ranking) -> list[list[str]]:
     """Cells by `STUDY_HEADS`, a row per model, best first."""
     rows: list[list[str]] = []
-    for row in ranking.table.itertuples():
-        if not np.isfinite(row.best_mse):
-            rows.append(["–", str(row.Index), "–", "–", f"failed in {row.failed} runs", "–", "–", "–"])
+    for model, cells in ranking.table.iterrows():
+        row = {str(name): float(value) for name, value in cells.items()}
+        if not np.isfinite(row["best_mse"]):
+            rows.append(["–", str(model), "–", "–", f"failed in {row['failed']:g} runs", "–", "–", "–"])
             continue
-        mse, half, known = (
-            row.best_mse / KILO**2,
-            (row.best_mse_high - row.best_mse) / KILO**2,
-            ranking.runs > 1,
-        )
-        over = no_exponent(row.over_best)
-        if row.place > 1 and known:
-            over += f" ({no_exponent(row.over_best_low)} to {no_exponent(row.over_best_high)})"
-        n = f"{row.best_n:g}" if np.isfinite(row.best_n) else "–"
+        mse, half = row["best_mse"] / KILO**2, (row["best_mse_high"] - row["best_mse"]) / KILO**2
+        over, known = no_exponent(row["over_best"]), ranking.runs > 1
+        if row["place"] > 1 and known:
+            over += f" ({no_exponent(row['over_best_low'])} to {no_exponent(row['over_best_high'])})"
+        n = f"{row['best_n']:g}" if np.isfinite(row["best_n"]) else "–"
         error = f"{no_exponent(mse)} ± {no_exponent(half)}" if known else no_exponent(mse)
-        chambers = (no_exponent(value / KILO) for value in (row.rms_A, row.rms_B))
-        rows.append([str(row.place), str(row.Index), n, no_exponent(mse**0.5), error, over, *chambers])
+        chambers = (no_exponent(row[name] / KILO) for name in ("rms_A", "rms_B"))
+        rows.append([f"{row['place']:g}", str(model), n, no_exponent(mse**0.5), error, over, *chambers])
     return rows
 
 
