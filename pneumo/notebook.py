@@ -17,9 +17,8 @@ import xarray as xr
 from markupsafe import escape
 from matplotlib.figure import Figure
 
-from pneumo.configuration.configured_dynamics import configured_dynamics
 from pneumo.configuration.experiment import Plant, Study
-from pneumo.configuration.parameters import accuracy, load, sonic_conductance
+from pneumo.configuration.parameters import accuracy, configured_dynamics, load, sonic_conductance
 from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration

@@ -32,6 +32,7 @@ from pneumo.errors import error_of_lines, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, exact_gas, sonic_coefficient
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 
 
 def validated(
@@ -360,6 +361,14 @@ def plant_of(c: Configuration, name: str) -> Plant:
     conditions = Conditions(P_s, P_atm, c.supply.T_in_K, c.supply.T_amb_K, P_0, c.supply.T_amb_K)
     cylinder = _cylinder(s, P_atm)
     return Plant(gas, _valve(s, gas), conditions, cylinder, _k_0(e, cylinder))
+
+
+def configured_dynamics(configuration: Configuration, cylinder: str) -> ValveDynamics:
+    """Dynamics of a cylinder's valve; without such a section, a valve that follows its command at once."""
+    section = configuration.cylinders[cylinder].valve_dynamics
+    if section is None:
+        return PROPORTIONAL
+    return ValveDynamics(section.lag_s, section.dead_time_s, section.null_V, section.dead_band_V)
 
 
 def _experiment(c: Configuration, name: str) -> Experiment:

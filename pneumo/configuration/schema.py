@@ -35,6 +35,11 @@ MOST_KNOTS = 30  # of a curve; both chambers' fit into the core's table
 LONGEST = 20_000_000  # steps of a run: 1 GB of states
 
 
+def optional_key(meaning: str, **limits: Any) -> Any:
+    """Key that is left out of the hash if it is not given: older configurations keep their hash."""
+    return key_of(meaning, None, exclude_if=lambda value: value is None, **limits)
+
+
 class GasSection(Section):
     """A perfect gas, and the two printed constants of eq (1); or its name, such as `gas: helium`."""
 
@@ -183,8 +188,8 @@ class CurveSection(Section):
 
 
 def _figure(meaning: str, largest: float) -> Any:
-    """Key for a figure of `CONVERSIONS` other than C, which is left out of the hash if it is not given."""
-    return key_of(meaning, None, uncertain=True, exclude_if=lambda value: value is None, gt=0, le=largest)
+    """Key for a figure of `CONVERSIONS` other than C."""
+    return optional_key(meaning, uncertain=True, gt=0, le=largest)
 
 
 class ValveSection(Section):
@@ -217,14 +222,8 @@ class ValveSection(Section):
     exhaust_ratio: Number = key_of(
         "C from chamber to exhaust over that from supply to it", 1.0, gt=0, le=10, uncertain=True
     )
-    exhaust_b: Fraction | None = key_of(
-        "critical ratio of the path to the exhaust, if it differs",
-        None,
-        exclude_if=lambda value: value is None,
-    )
-    curve: CurveSection | None = key_of(
-        "instead of C: a table over the command", None, exclude_if=lambda value: value is None
-    )
+    exhaust_b: Fraction | None = optional_key("critical ratio of the path to the exhaust, if it differs")
+    curve: CurveSection | None = optional_key("instead of C: a table over the command")
     leak_dm3_per_sbar: Number = key_of("sonic conductance of each closed path", 0.0, ge=0, le=100)
 
     @model_validator(mode="after")
@@ -299,14 +298,8 @@ class CylinderSection(Section):
         le=1,
         uncertain=True,
     )
-    # Left out of the hash if not given: older configurations keep their hash.
-    dead_volume_B_m3: Number | None = key_of(
-        "dead volume of chamber B, if it differs from that of A",
-        None,
-        exclude_if=lambda value: value is None,
-        gt=0,
-        le=1,
-        uncertain=True,
+    dead_volume_B_m3: Number | None = optional_key(
+        "dead volume of chamber B, if it differs from that of A", gt=0, le=1, uncertain=True
     )
     mass_kg: Number = key_of("moving mass M with load", gt=0, le=1e5)
     friction_Ns_per_m: Number = key_of("viscous friction coefficient k_f", ge=0, le=1e6)
@@ -321,18 +314,12 @@ class CylinderSection(Section):
         uncertain=True,
     )
     valve: ValveSection | None = key_of("a valve by its catalogue", None)
-    valve_B: ValveSection | None = key_of(
-        "valve of chamber B, or the paths of B, where they differ; its command is positive from the supply",
-        None,
-        exclude_if=lambda value: value is None,
+    valve_B: ValveSection | None = optional_key(
+        "valve of chamber B, or the paths of B, where they differ; its command is positive from the supply"
     )
     u_max_V: Number = key_of("limit of the command", gt=0, le=1000)
-    valve_dynamics: ValveDynamicsSection | None = key_of(
-        "how the valve follows its command", None, exclude_if=lambda value: value is None
-    )
-    fitted: FittedSection | None = key_of(
-        "what a fit found, as `pneumo fit` writes it", None, exclude_if=lambda value: value is None
-    )
+    valve_dynamics: ValveDynamicsSection | None = optional_key("how the valve follows its command")
+    fitted: FittedSection | None = optional_key("what a fit found, as `pneumo fit` writes it")
     seed: Count = key_of("seed of the Random Number block", ge=0, lt=2**32)
     sample_time_s: Number = key_of("time between draws", gt=0, le=1000)
     open_loop: OpenLoopSection | None = key_of("for experiments in open loop", None)
@@ -477,9 +464,7 @@ class Configuration(Section):
         "linear",
     )
     run: RunSection = RunSection()
-    sensors: SensorsSection | None = key_of(
-        "how accurately sensors are known, for pneumo fit", None, exclude_if=lambda value: value is None
-    )
+    sensors: SensorsSection | None = optional_key("how accurately sensors are known, for pneumo fit")
 
     @model_validator(mode="after")
     def _names_differ_by_more_than_case(self) -> Self:
