@@ -12,6 +12,7 @@ from paper_study import STUDY
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.parameters import load, study, validated
 from pneumo.errors import InputError
+from pneumo.notebook import ModelStudy
 from pneumo.publish.pages.study_page import MARK, check_folder, save_study
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import TITLE, joined, run_study, selected, simulated_time
@@ -131,3 +132,10 @@ def test_foreign_files_stay(tmp_path, cells):
     write(cells[["mse"]], tmp_path / "study.nc", {"title": "other", "summary": "", "config_sha256": ""})
     with pytest.raises(InputError, match=r"study\.nc: not written by"):
         check_folder(tmp_path)
+
+
+def test_a_study_without_an_answer_has_no_figure(short, cells):
+    study_of = ModelStudy(short, cells, load(TEMPLATE))  # no cylinders were drawn
+    for cylinder, words in ((None, "mine: no model to show"), ("theirs", "must be one of mine")):
+        with pytest.raises(InputError, match=words):
+            study_of.plot(cylinder)
