@@ -114,14 +114,10 @@ def checked(sources: Sources, *, trust: bool = False) -> Configuration:
 
 def _line(problem: Implausible, sources: Sources) -> str:
     """Error message for an implausible value, with the file in which it is written."""
-    context = {
-        "value": problem.value,
-        "condition": problem.reason,
-        "fields": [problem.path],
-        "remedy": REMEDY,
-    }
-    error = {"type": "conflict", "loc": (), "input": problem.value, "ctx": context}
-    table, experiments = sources.table, sources.content.get("experiments") or ()
+    path, value, reason = problem
+    context = {"value": value, "condition": reason, "fields": [path], "remedy": REMEDY}
+    error, table = {"type": "conflict", "loc": (), "input": value, "ctx": context}, sources.table
     if table is None:
         return error_line(error, sources.parts)
+    experiments = sources.content.get("experiments") or ()
     return error_line(error, [*sources.parts, table.source], lambda path: table.written(path, experiments))

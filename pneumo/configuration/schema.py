@@ -338,7 +338,7 @@ class CylinderSection(Section):
             condition = f"must exceed rod_mm = {self.rod_mm:g}"
             raise conflict(self.bore_mm, condition, ("bore_mm",), ("rod_mm",))
         if self.settling and self.settling.stop_mm <= -self.stroke_mm / 2:
-            condition = f"must lie inside the half-stroke, above {-self.stroke_mm / 2:g},"
+            condition = f"must lie inside the half-stroke, above {-self.stroke_mm / 2:g}"
             raise conflict(self.settling.stop_mm, condition, ("settling", "stop_mm"), ("stroke_mm",))
         if (dynamics := self.valve_dynamics) and abs(dynamics.null_V) + dynamics.dead_band_V >= self.u_max_V:
             condition = f"with dead_band_V = {dynamics.dead_band_V:g} must be below {self.u_max_V:g}"

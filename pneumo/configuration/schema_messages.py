@@ -116,12 +116,9 @@ def error_line(
     if error["type"] == "conflict":
         value, text = error["ctx"]["value"], error["ctx"]["condition"]
         paths = [path + field for field in error["ctx"]["fields"]]
-        path, limits = paths[0], f"be {allowed(schema_at(paths[0])[1])}"
-        missing = value is None
+        path, missing = paths[0], value is None
         if missing:
-            text = f"must {limits}; {text}"
-        elif isinstance(value, float) and text.startswith("must"):
-            text += f" and {limits}"
+            text = f"must be {allowed(schema_at(path)[1])}; {text}"
     elif error["type"] in ("extra_forbidden", "invalid_key"):
         known = node["properties"]
         near = get_close_matches(str(error["loc"][-1]), known, 1)

@@ -143,7 +143,7 @@ def test_a_valve_keeps_its_area_with_another_gas(gas, ratio):
         ("supply.T_amb_K", 20, "and at most 500; is it in degC?"),
         ("supply.P_s_Pa", 6, "; is it in bar?"),
         ("supply.T_in_K", "25,0", "; decimal point, not comma"),
-        ("cylinders.D.bore_mm", 0.025, "and at most 1000; is it in metres?"),
+        ("cylinders.D.bore_mm", 0.025, "must exceed rod_mm = 10; is it in metres?"),
     ],
 )
 def test_a_message_names_the_likely_cause(path, value, words):
@@ -209,7 +209,7 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
 @pytest.mark.parametrize(
     ("experiment", "changes", "line"),
     [
-        ({}, {"rod_mm": 25.0}, "own.bore_mm = 25.0: must exceed rod_mm = 25 and be"),
+        ({}, {"rod_mm": 25.0}, "own.bore_mm = 25.0: must exceed rod_mm = 25"),
         ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with valve"),
         ({}, {"valve": None}, "k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;"),
         ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min, Q_nN_l_per_min, C_m3"),
