@@ -25,6 +25,7 @@ class Fleet(NamedTuple):
 
     sources: Sources
     blocks: dict[str, list[str]]  # names of cylinders, by the number of the first
+    planned: "dict[str, Resources]"  # by block, of those asked for
 
     def content(self, block: str) -> dict[str, Any]:
         """Return the configuration of a block's cylinders."""
@@ -33,7 +34,9 @@ class Fleet(NamedTuple):
 
     def resources(self, block: str) -> "Resources":
         """Return the resources that a block's job needs."""
-        return resources(validated(self.content(block), []))
+        if block not in self.planned:
+            self.planned[block] = resources(validated(self.content(block), []))
+        return self.planned[block]
 
     def signal_files(self) -> list[str]:
         """Return the files that hold signals of the experiments."""
@@ -99,4 +102,4 @@ def _fleet(sources: Sources, check: bool, trust: bool) -> Fleet:
         study(checked(sources, trust=trust))  # files of signals are read when units are converted
     names = list(sources.table.rows)
     size = validated(with_table(sources.content, sources.table, names[:1]), sources.parts).run.block_size
-    return Fleet(sources, {f"{i:06}": names[i : i + size] for i in range(0, len(names), size)})
+    return Fleet(sources, {f"{i:06}": names[i : i + size] for i in range(0, len(names), size)}, {})
