@@ -176,7 +176,7 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
         other = budget.row(best[0])
         change = f"for both take {named(other)}, {_kpa(other.rms)} and {_kpa(other.stroke)}"
         lines.append(f"Over full strokes into rest {chosen.model} has {_kpa(chosen.stroke)}: {change}.")
-    if chosen.model != FULL_ORDER:
+    elif chosen.model != FULL_ORDER:
         model = MODELS[chosen.model]
         if model.temperature == "polytropic" and model.wall != "none":
             lines.append(f"{model.name} drifts to P_0 in a closed chamber: not for a piston held at rest.")
