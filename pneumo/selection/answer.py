@@ -157,6 +157,8 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
         return reason
     reason = f"Expected error {expected}"
     reason += f", {100 * chosen.rms / swing:.2g} % of the pressures' swing of {_kpa(swing)}"
+    if np.isfinite(chosen.stroke):
+        reason += f" and {_kpa(chosen.stroke)} over full strokes into rest"
     if others := [row.model for row in budget.rows if row.model in good and row is not chosen]:
         reason += f". As good within {100 * MATERIAL:.0f} %, but not cheaper: {', '.join(others)}"
     return reason

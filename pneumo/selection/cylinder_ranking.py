@@ -129,15 +129,16 @@ def _errors(recording: Recording, plant: Plant, rows: Sequence[tuple[str, float]
 def stroke_errors(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:
     """Errors as of `errors_on` over a full stroke from vented into rest, as `pneumo simulate` makes it.
 
-    The valve is fully open for three times the duration of a stroke and 1 s more, then shut for `REST`.
+    The valve is fully open for three times the duration of a stroke and 1 s more, at most for that of the
+    experiment, then shut for `REST`.
     """
-    c, h = plant.conditions, experiment.h
-    opened = 1.0 + 3 * experiment.plant.cylinder.stroke / experiment.plant.speed
+    c, h, configured = plant.conditions, experiment.h, experiment.plant
+    opened = min(1.0 + 3 * configured.cylinder.stroke / max(configured.speed, 1e-9), experiment.duration)
     u = np.zeros(1 + round((opened + REST) / h))
     u[: round(opened / h)] = plant.valve.u_max
     start = np.array([plant.cylinder.x_min, 0.0, c.P_atm, c.T_amb, c.P_atm, c.T_amb])
     given = experiment._replace(plant=plant, drive=Drive(False, 0.0, np.inf))
-    return _errors(recorded(given, u, start), experiment.plant, rows)
+    return _errors(recorded(given, u, start), configured, rows)
 
 
 def one_run(experiment: Experiment, n: tuple[float, ...]) -> xr.Dataset:
