@@ -145,7 +145,8 @@ def _kpa(rms: float) -> str:
 
 def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> str:
     """Sentences on the error of the chosen model and on those that are as good."""
-    expected = f"{_kpa(chosen.rms)} RMS ({_kpa(chosen.low)} to {_kpa(chosen.high)} in 95 % of cases)"
+    low, high = _kpa(chosen.low).removesuffix(" kPa"), _kpa(chosen.high)
+    expected = f"{_kpa(chosen.rms)} RMS ({low} to {high} in 95 % of cases)"
     if budget.measured:
         errors = sorted(budget.measured.items(), key=lambda item: item[1])[:3]
         shown = ", ".join(f"{model} {_kpa(error)}" for model, error in errors)
@@ -156,11 +157,11 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
             reason += f", {named(best)} {_kpa(best.rms)}: believe the measurement"
         return reason
     reason = f"Expected error {expected}"
-    reason += f", {100 * chosen.rms / swing:.2g} % of the pressures' swing of {_kpa(swing)}"
+    reason += f", {100 * chosen.rms / swing:.2g} % of the pressures' swing"
     if np.isfinite(chosen.stroke):
-        reason += f" and {_kpa(chosen.stroke)} over full strokes into rest"
+        reason += f", {_kpa(chosen.stroke)} over strokes into rest"
     if others := [row.model for row in budget.rows if row.model in good and row is not chosen]:
-        reason += f". As good within {100 * MATERIAL:.0f} %, but not cheaper: {', '.join(others)}"
+        reason += f". As good within {100 * MATERIAL:.0f} %, not cheaper: {', '.join(others)}"
     return reason
 
 

@@ -219,7 +219,7 @@ def test_full_strokes_are_those_of_simulate_and_change_the_answer_if_a_model_dri
     strokes = cells["mse_alone"].isel(group=-1, drop=True) * 0 + 25e6
     strokes.loc[{"row": "M9"}] = 4e10
     answer = answered(cells.assign(mse_stroke=strokes))
-    assert answer.chosen == "M9" and "200 kPa over full strokes into rest" in answer.reason
+    assert answer.chosen == "M9" and "200 kPa over strokes into rest" in answer.reason
     words = "Over full strokes into rest M9 has 200 kPa: for both take the full order, 0.71 kPa and 5 kPa."
     assert words in answer.advice
 
