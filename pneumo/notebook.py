@@ -17,9 +17,8 @@ import xarray as xr
 from markupsafe import escape
 from matplotlib.figure import Figure
 
-from pneumo.configuration.configured_dynamics import configured_dynamics
 from pneumo.configuration.experiment import Plant, Study
-from pneumo.configuration.parameters import accuracy, load, sonic_conductance
+from pneumo.configuration.parameters import accuracy, configured_dynamics, load, sonic_conductance
 from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
@@ -45,7 +44,7 @@ from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.pages.study_page import check_folder, save_study
 from pneumo.publish.text.formatting import preformatted
 from pneumo.publish.text.terminal_tables import study_text
-from pneumo.selection.answer import Answer, answers, export_command
+from pneumo.selection.answer import Answer, answers, export_command, exported_name
 from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import check_output, write_text
@@ -203,7 +202,7 @@ class ModelStudy:
 
     study: Study
     cells: xr.Dataset  #: errors of every model, run and drawn cylinder
-    configuration: Configuration | None  #: None of a cylinder in the results of a fleet
+    configuration: Configuration
     files: Sequence[str] = ()  #: of the configuration, for the commands of the text
 
     @cached_property
@@ -214,11 +213,18 @@ class ModelStudy:
     @cached_property
     def _configured(self) -> Study:
         """All experiments of the configuration, those of the study first: a command names their first k_0."""
-        configured = self.study if self.configuration is None else in_SI(self.configuration)
+        configured = in_SI(self.configuration)
         return configured._replace(experiments={**self.study.experiments, **configured.experiments})
 
     def _answer(self, cylinder: str | None) -> Answer:
-        return next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
+        """Answer for a cylinder, by default the first; `InputError` if it is unknown or has no model."""
+        named = {answer.ranking.cylinder: answer for answer in self.answers}
+        answer = named.get(next(iter(named)) if cylinder is None else cylinder)
+        if answer is None:
+            raise InputError(f"cylinder = {cylinder!r}: must be one of {', '.join(named)}")
+        if not answer.chosen:
+            raise InputError(f"{answer.ranking.cylinder}: no model to show: {answer.reason}")
+        return answer
 
     def plot(self, cylinder: str | None = None) -> Figure:
         """Figure of the error budget of a cylinder; by default of the first."""
@@ -230,12 +236,10 @@ class ModelStudy:
 
     def export(self, file: Path | str, to: str = "c", cylinder: str | None = None) -> list[Path]:
         """Write the recommended model of a cylinder, by default the first, as source code or FMU."""
-        if self.configuration is None:
-            raise InputError("export: the configuration is not known; use `pneumo export`")
         answer = self._answer(cylinder)
-        chosen = answer.contender(answer.chosen)
-        n = None if np.isnan(chosen.row.n) else chosen.row.n
-        return _export(self.configuration, answer.ranking.cylinder, chosen.exported_name, n, to, file)
+        n = answer.budget.row(answer.chosen).n
+        model, n = exported_name(answer.chosen), None if np.isnan(n) else n
+        return _export(self.configuration, answer.ranking.cylinder, model, n, to, file)
 
     def save(self, folder: Path | str) -> tuple[Path, Path]:
         """Write study.html and study.nc into a folder; return their paths."""

@@ -30,7 +30,6 @@ NOT_RUN = {
     ". .venv/bin/activate": "is how the tests are run",
     "uv pip install": "needs the network",
     "snakemake --profile": "needs Slurm",
-    "pneumo study --from": "needs the results of a fleet; a test of the workflow runs it",
     "pneumo paper verdict --runs": "needs another simulator's runs; tests of the papers make some",
 }
 INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

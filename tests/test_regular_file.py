@@ -3,10 +3,6 @@
 import os
 
 import pytest
-from netCDF4 import Dataset
-
-from pneumo.errors import InputError
-from pneumo.storage.files import atomic, output_folder, write_text
 
 SIGNAL = "experiments: {open: {signal: {kind: csv, file: pipe.csv, column: u, hold_s: 0.1}}}"
 TABLE = "cylinders: pipe.csv"
@@ -32,45 +28,3 @@ def test_a_pipe_or_a_device_is_refused_at_once(inside, tmp_path, arguments, endl
         (tmp_path / "pipe.csv").symlink_to(endless)
     code, out, err = inside(*arguments)
     assert (code, out) == (2, "") and len(err.splitlines()) == 1 and "not a regular file" in err
-
-
-def test_a_small_file_that_would_fill_the_memory_is_refused_before_it_is_loaded(inside, tmp_path):
-    for name in ("fleet.nc", "record.nc"):
-        with Dataset(tmp_path / name, "w") as file:
-            file.source = "pneumo: numerical simulation"
-            file.createDimension("a", 200_000)
-            file.createDimension("b", 100_000)
-            file.createVariable("block", "f8", ("a", "b"), zlib=True)
-    assert (tmp_path / "fleet.nc").stat().st_size < 30_000
-    code, _, err = inside("study", "--from", tmp_path, "--cylinder", "mine")
-    words = "block would take 160000000000 bytes of memory: at most 8000000000 for all"
-    assert code == 2 and len(err.splitlines()) == 1 and words in err
-    inside("init")
-    code, _, err = inside("fit", "record.nc", "--config", "cylinder.yaml")
-    assert code == 2 and len(err.splitlines()) == 1
-
-
-def test_a_link_prepared_under_the_name_of_a_temporary_file_is_not_followed(tmp_path):
-    precious = tmp_path / "precious"
-    precious.write_text("kept")
-    for name in ("study.html.part", ".study.html.0123456789abcdef.part", "study.html"):
-        (tmp_path / name).symlink_to(precious)
-    write_text("page", tmp_path / "study.html")
-    assert precious.read_text() == "kept" and (tmp_path / "study.html").read_text() == "page"
-    with atomic(tmp_path / "study.html") as one, atomic(tmp_path / "other.html") as two:
-        assert one.stat().st_size == 0 and len({one.name, two.name, "study.html.part"}) == 3
-
-
-def test_a_folder_takes_the_output_of_one_process_and_is_removed_if_nothing_came(tmp_path):
-    folder = tmp_path / "new/study"
-    with output_folder(folder):
-        with (
-            pytest.raises(InputError, match=r"study: another pneumo writes there; wait"),
-            output_folder(folder),
-        ):
-            pass
-        assert folder.is_dir()
-    assert not folder.exists()
-    with output_folder(folder):
-        write_text("page", folder / "study.html")
-    assert [file.name for file in folder.iterdir()] == ["study.html"]

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -157,13 +156,9 @@ def test_a_table_of_cylinders_runs_in_blocks(tmp_path):
         done = fleet.run()
     assert (done.code, done.output.count("pneumo: ")) == (2, 1)
     assert done.refusal.startswith("fleet.csv: row 4, column bore_mm = 2000.0: must be")
-    # The page of one, and the same cells as of its own study, in four bytes.
-    done = fleet.pneumo("study", "--from", fleet.results.name, "--cylinder", "third", "-o", "page")
-    assert done.code == 0 and "third: Take " in done.output, done.output
+    # The same cells as of its own study, in four bytes.
     alone = fleet.pneumo("study", "fleet.yaml", "quick.yaml", "--cylinder", "third", "-o", "alone")
-    assert alone.code == 0, alone.output
-    names = [fleet.folder / name / "study.nc" for name in ("page", "alone")]
-    with xr.open_dataset(names[0]) as stored, xr.open_dataset(names[1]) as computed:
-        assert (stored["mse"].values == computed["mse"].values.astype("float32")).all()
-        traces = [cells["trace_pressure"].values for cells in (stored, computed)]
-        np.testing.assert_array_equal(*traces)
+    assert alone.code == 0 and "third: Take " in alone.output, alone.output
+    blocks = xr.open_dataset(fleet.results / "fleet" / "000002.nc")
+    with blocks as stored, xr.open_dataset(fleet.folder / "alone" / "study.nc") as computed:
+        assert (stored["mse"].sel(cylinder="third").values == computed["mse"].values.astype("float32")).all()

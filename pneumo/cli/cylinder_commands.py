@@ -20,7 +20,7 @@ def init(
     source: Annotated[
         Path | None, Option("--from", help="copy this configuration, such as fitted.yaml of a fit")
     ] = None,
-    keys: Annotated[bool, Option("--keys", help="print every key with its unit and range instead")] = False,
+    keys: Annotated[bool, Option("--keys", help="print every key with its range instead")] = False,
     trust: Trust = False,
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""
@@ -78,10 +78,6 @@ def study(
     ] = None,
     threads: Threads = 2,
     trust: Trust = False,
-    stored: Annotated[
-        Path | None,
-        Option("--from", help="folder of a fleet's results: write the page of one --cylinder from them"),
-    ] = None,
     output: Annotated[
         Path | None, output_to("folder for study.html and study.nc [study-, with the files' names]")
     ] = None,
@@ -92,11 +88,9 @@ def study(
     """Recommend a model for your cylinder, with its error budget and what to measure next."""
     from pneumo.errors import InputError
 
-    if stored is not None and (not cylinder or len(cylinder) > 1 or files or experiment or seeds):
-        raise InputError("--from RESULTS needs one --cylinder NAME and no files, --experiment or --seeds")
-    if stored is None and not files:
+    if not files:
         raise InputError("Missing argument 'files': a configuration; `pneumo init` writes one")
-    configuration = read_configuration(files, trust) if files else None  # before slow imports
+    configuration = read_configuration(files, trust)  # before slow imports
     from rich.console import Console
     from rich.progress import Progress
 
@@ -106,34 +100,23 @@ def study(
     from pneumo.publish.pages.study_page import check_folder
     from pneumo.publish.text.terminal_tables import ranking_table
     from pneumo.selection.cylinder_ranking import run_study, selected, simulated_time
-    from pneumo.selection.fleet import stored_cylinder
     from pneumo.storage.files import output_folder
 
-    def prepared(folder: Path) -> Path:
-        context.with_resource(output_folder(folder))
-        check_folder(folder)
-        return folder
-
-    if stored and cylinder:
-        folder = prepared(output or Path(f"study-{cylinder[0]}"))
-        result = ModelStudy(*stored_cylinder(stored, cylinder[0]), None)
-    else:
-        assert files and configuration
-        chosen = selected(in_SI(configuration), cylinder or (), experiment or ())
-        chosen = chosen._replace(seeds=seeds or chosen.seeds)
-        folder = prepared(output or Path("-".join(["study", *(file.stem for file in files)])))
-        for name in {e.cylinder: None for e in chosen.experiments.values()}:
-            if configuration.cylinders[name].valve_dynamics:
-                typer.echo(
-                    f"note: {name}: valve_dynamics is for exports; in runs it follows at once", err=True
-                )
-        for note in conversion_notes(configuration):
-            typer.echo(f"note: {note}", err=True)
-        with Progress(console=Console(stderr=True), transient=True) as bar:
-            known = uncertainties(configuration)
-            task = bar.add_task("full-order runs and replays", total=simulated_time(chosen, known))
-            cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), known)
-        result = ModelStudy(chosen, cells, configuration, [str(file) for file in files])
+    chosen = selected(in_SI(configuration), cylinder or (), experiment or ())
+    chosen = chosen._replace(seeds=seeds or chosen.seeds)
+    folder = output or Path("-".join(["study", *(file.stem for file in files)]))
+    context.with_resource(output_folder(folder))
+    check_folder(folder)
+    for name in {e.cylinder: None for e in chosen.experiments.values()}:
+        if configuration.cylinders[name].valve_dynamics:
+            typer.echo(f"note: {name}: valve_dynamics is for exports; in runs it follows at once", err=True)
+    for note in conversion_notes(configuration):
+        typer.echo(f"note: {note}", err=True)
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        known = uncertainties(configuration)
+        task = bar.add_task("full-order runs and replays", total=simulated_time(chosen, known))
+        cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), known)
+    result = ModelStudy(chosen, cells, configuration, [str(file) for file in files])
     console = Console()
     typer.echo(result.text(console.width))
     for answer in result.answers if details else ():

@@ -61,8 +61,7 @@ def simulate(
 
     from pneumo import runs
     from pneumo.cli.options import read_configuration
-    from pneumo.configuration.configured_dynamics import configured_dynamics
-    from pneumo.configuration.parameters import study
+    from pneumo.configuration.parameters import configured_dynamics, study
     from pneumo.configuration.uncertain import conversion_notes
     from pneumo.errors import InputError
     from pneumo.physics.valve_dynamics import PROPORTIONAL

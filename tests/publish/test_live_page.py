@@ -50,14 +50,14 @@ def test_figures_are_those_of_pneumo_study_and_simulate(inputs, tmp_path):
     file.write_text(page["yaml"], encoding="utf-8")
     configuration = load(file)
     plan = study(configuration)._replace(seeds=2).changed(lambda e: e._replace(steps=4000))
-    cells = run_study(plan, 2, uncertain=uncertainties(configuration), traced=False)
+    cells = run_study(plan, 2, uncertain=uncertainties(configuration))
     expected, near = answer(cells, "mine"), 1e-6 * page["swing"]
     assert page["chosen"] == expected.chosen
     assert {*page["good"]} == {expected.chosen, *expected.as_good}
-    for row, contender in zip(page["rows"], expected.contenders, strict=True):
-        assert row["name"] == contender.row.model
+    for row, expected_row in zip(page["rows"], expected.rows, strict=True):
+        assert row["name"] == expected_row.model
         assert [row[key] for key in ("rms", "low", "high")] == pytest.approx(
-            [contender.row.rms, contender.row.low, contender.row.high],
+            [expected_row.rms, expected_row.low, expected_row.high],
             abs=near,
         )
     plant = configured_plant(plan)
