@@ -2,8 +2,7 @@
 
 The full-order fit is judged where there is one, else the best reduced model. If the full order follows a
 record down to the sensors' noise, its parameters are those of the rig; those of a reduced model also make up
-for what that model lacks. So the full order's residual shows whether rig and configuration are as assumed.
-Limits were chosen on benches that `make fit-bench` does not judge.
+for what that model lacks. Limits were chosen on benches that `make fit-bench` does not judge.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -62,14 +61,12 @@ def explanation(name: str, value: float, configured: float = 0.0) -> str:
 def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of configured quantities that the record places outside their stated accuracy."""
     result: list[str] = []
-    distances, weights = problem.prior_terms(problem.inner(estimate.values))
-    for name, distance, weight in zip(problem.names, distances, weights, strict=True):
-        if weight == 0:
-            continue
-        value, prior = estimate.values[name], problem.priors[name]
+    for name, prior in problem.priors.items():
+        value = estimate.values[name]
         low, high = (search_value(name, ends.get(name, value)) for ends in (estimate.low, estimate.high))
         own = (high - low) / 2 / LIMITS  # NaN where an end is open: then nothing is contradicted
-        if abs(distance) > OUTSIDE * np.hypot(prior.deviation, own):
+        off = abs(search_value(name, value) - prior.centre) > OUTSIDE * np.hypot(prior.deviation, own)
+        if off and name not in problem.also:
             text = explanation(name, value, si_value(name, prior.centre))
             result.append(f"{text} is outside its stated accuracy (--also {name} fits it freely)")
     return result
@@ -81,14 +78,10 @@ def offset_warnings(estimate: Estimate) -> list[str]:
     Offsets that the record shows with about the same certainty are named together.
     """
     sure: dict[str, float] = {}
-    for name, offset in estimate.offsets.items():
-        shifts = dict(zip(estimate.expected, np.abs(offset.shifts).tolist(), strict=True))
-        moves = any(
-            shifts.get(parameter, 0.0) > max(most, estimate.expected.get(parameter, 0.0))
-            for parameter, most in TOLERATED.items()
-        )
-        if moves and abs(offset.value) > OUTSIDE * offset.deviation:
-            sure[name] = abs(offset.value) / offset.deviation
+    for name, (value, deviation, shifts) in estimate.offsets.items():
+        moved = dict(zip(estimate.expected, np.abs(shifts).tolist(), strict=True))
+        if moves(moved, estimate.expected) and abs(value) > OUTSIDE * deviation:
+            sure[name] = abs(value) / deviation
     texts = [
         f"{explanation(name, estimate.offsets[name].value)} (--also {name} fits it)"
         for name in sure
@@ -96,6 +89,17 @@ def offset_warnings(estimate: Estimate) -> list[str]:
     ]
     change = "would move parameters out of their intervals and leave less of the residual"
     return [_either(texts, change)] if texts else []
+
+
+def moves(shifts: Mapping[str, float], expected: Mapping[str, float], factor: float = 1.0) -> bool:
+    """Whether a shift of a parameter exceeds `factor` times `TOLERATED`, and half of its `expected` interval.
+
+    Both are on the scale of the search; the interval is from noise and configuration alone.
+    """
+    return any(
+        shifts.get(name, 0.0) > max(factor * most, expected.get(name, 0.0))
+        for name, most in TOLERATED.items()
+    )
 
 
 def _either(texts: Sequence[str], change: str) -> str:
@@ -111,17 +115,12 @@ def doubtful(
     factor: float = 1.0,
     least: float = 0.0,
 ) -> bool:
-    """Whether residuals that are not noise may move a parameter by more than `factor` times `TOLERATED`.
+    """Whether residuals that are not noise may move a parameter too far: `remainder` has such shifts.
 
-    `remainder` has the shift of each parameter by such residuals, `expected` half of its interval from noise
-    and configuration alone, both on the scale of the search. Shifts below `expected` do not count, nor do
-    residuals below `least`, Pa, which a configuration within its accuracy can leave.
+    Residuals below `least`, Pa, do not count: a configuration within its accuracy can leave them.
     """
     seen = any(residual.coloured > max(SEEN * residual.noise, least) for residual in split)
-    return seen and any(
-        remainder.get(name, 0.0) > max(factor * most, expected.get(name, 0.0))
-        for name, most in TOLERATED.items()
-    )
+    return seen and moves(remainder, expected, factor)
 
 
 def remainder_effect(estimate: Estimate, split: Sequence[Residual]) -> str:
@@ -211,9 +210,11 @@ def odd_values(
     """
     result: list[str] = []
     for name, value in values.items():
+        quantity = QUANTITIES[name]
         if name in at_bound:
+            text = f"{quantity.name} is on the bound of the search: {value:.3g} {quantity.unit}"
             # A start on its bound says nothing of one parameter.
-            result.append(FitWarning(on_bound(name, value), *([] if name in STARTS else [name])))
+            result.append(FitWarning(text, *([] if name in STARTS else [name])))
         if volumes and name in of_group("dead volume"):
             result += dead_volume_warnings(name, value, plant)
         if name == "n" and not 1 - BEYOND < value < plant.gas.gamma + BEYOND:
@@ -234,24 +235,6 @@ def undetermined_notes(
         if name in estimate.low and name not in estimate.at_bound
         if not estimate.high[name] < VAGUE * estimate.low[name]
     ]
-
-
-def on_bound(name: str, value: float) -> str:
-    """Warning of a parameter on a bound."""
-    quantity = QUANTITIES[name]
-    return f"{quantity.name} is on the bound of the search: {value:.3g} {quantity.unit}"
-
-
-def bounds_of_reduced(estimates: Mapping[str, Estimate], parameters: Sequence[str]) -> list[str]:
-    """Warnings of reduced models with a parameter on a bound that rank above the first one without."""
-    result: list[str] = []
-    for name in (name for name in estimates if name != FULL.name):
-        reached = [p for p in estimates[name].at_bound if p in parameters]
-        if not reached:
-            break
-        texts = ", ".join(on_bound(p, estimates[name].values[p]) for p in reached)
-        result.append(f"{name}: {texts}; not offered for a replay")
-    return result
 
 
 def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
@@ -281,15 +264,11 @@ def disagreements(
     """Warnings of `equally_good` models whose intervals of a parameter do not overlap."""
     result: list[str] = []
     for parameter in parameters:
-        ends = {
-            name: (estimates[name].low[parameter], estimates[name].high[parameter])
-            for name in equally_good(estimates)
-            if parameter in estimates[name].low
-        }
-        if ends and apart(ends.values()):
+        having = {n: estimates[n] for n in equally_good(estimates) if parameter in estimates[n].low}
+        if having and apart((e.low[parameter], e.high[parameter]) for e in having.values()):
             remedy = f": {CLOSED_TEST}" if parameter == "k_0" else ""
             result.append(
-                f"{', '.join(ends)} are equally good, but their intervals of {QUANTITIES[parameter].name} do"
-                f" not overlap{remedy}"
+                f"{', '.join(having)} are equally good, but their intervals of {QUANTITIES[parameter].name}"
+                f" do not overlap{remedy}"
             )
     return result

@@ -1,6 +1,6 @@
 """Models fitted to a measurement, the full order first; their notes, warnings, errors on another record."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
 from pneumo.fitting.engine import covariances, expected_shifts, remainder_shifts
 from pneumo.fitting.estimate import (
-    NO_PRIORS,
     alike_notes,
     at_temperature,
     best_start,
@@ -22,7 +21,6 @@ from pneumo.fitting.estimate import (
 )
 from pneumo.fitting.fit_problem import (
     FULL,
-    Prior,
     Problem,
     offsets,
     opened,
@@ -32,7 +30,6 @@ from pneumo.fitting.fit_problem import (
 )
 from pneumo.fitting.fit_result import Estimate, FitResult, Reference, equally_good, fit_data
 from pneumo.fitting.fit_warnings import (
-    bounds_of_reduced,
     disagreements,
     doubtful,
     fit_warnings,
@@ -87,64 +84,54 @@ def fit_measurement(
     _check_also(also, measurement, has_full)
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
     split = split_of(record, part)
-    first = record.part(0, split)
     long = long_notes(record, split, part)
     for note in long:
         progress(f"note: {note}")
     known = known or accuracy(position_shown=position_shown(m, plant))
-    behind, off, reference, prior = (plant, record), np.zeros((2, 1)), None, NO_PRIORS
+    judged = Problem(FULL, plant, record.part(0, split), {}, also)
+    behind, off, reference = (plant, record), np.zeros((2, 1)), None
     estimates: dict[str, Estimate] = {}
     if has_full:
-        full, prior = _full_order(record, plant, also=also, known=known, part=part)
+        judged, full = _full_order(judged, record, known)
         estimates[FULL.name], off = full, offsets(full.values)
         # Replayed pressures are better known than measured ones, unless the replay is far off.
         reference = (full.pressure if full.low else m.P) - off
         behind = with_causes(plant, full.values), opened(record, full.values)
         progress(error_line(FULL.name, full))
-    reported = tuple(dict.fromkeys((*REPORTED, *also, *prior)))
+    reported = _reported(judged)
     for name in models:
-        fitted = estimate(
-            MODELS[name],
-            *behind,
-            intervals=reported,
-            part=part,
-            known=known,
-            reference=reference,
-        )
+        problem = Problem(MODELS[name], behind[0], behind[1].part(0, split), {})
+        fitted = estimate(problem, behind[1], intervals=reported, known=known, reference=reference)
         estimates[name] = fitted._replace(pressure=fitted.pressure + off)
         progress(error_line(name, fitted))
     estimates = ranked(estimates)
-    judged = FULL if has_full else MODELS[next(iter(estimates))]
-    problem = Problem(
-        model=judged,
-        plant=plant,
-        signals=first,
-        fixed={},
-        also=also,
-        priors=prior,
-    )
-    of_rig = stop_warnings(m, plant, known) + fit_warnings(problem, estimates[judged.name])
-    warnings = of_rig + disagreements(estimates)
-    if has_full:
-        warnings += bounds_of_reduced(estimates, reported)
+    if not has_full:
+        judged = judged._replace(model=MODELS[next(iter(estimates))])
+    best = estimates[judged.model.name]
+    of_rig = stop_warnings(m, plant, known) + fit_warnings(judged, best)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
-    logarithmic = [name for name in problem.names if PARAMETERS[name].search.logarithmic]
+    logarithmic = [name for name in judged.names if PARAMETERS[name].search.logarithmic]
     starts = [name for name in STARTS if any(name in fitted.values for fitted in estimates.values())]
     return FitResult(
         data=fit_data(measurement, estimates, (*reported, *starts)),
         notes=(
             *measurement.notes,
             *long,
-            *undetermined_notes(estimates[judged.name], logarithmic),
-            *(wall_law_notes(estimates[judged.name]) if has_full else ()),
+            *undetermined_notes(best, logarithmic),
+            *(wall_law_notes(best) if has_full else ()),
             *dead_volume_notes(m, plant, known),
             *alike_notes(reduced),
         ),
-        warnings=tuple(warnings),
+        warnings=(*of_rig, *disagreements(estimates)),
         held_out_from=float(measurement.t[split]),
         of_rig=tuple(of_rig),
-        references=references(problem, known),
+        references=references(judged, known),
     )
+
+
+def _reported(problem: Problem) -> tuple[str, ...]:
+    """Names of the parameters that get an interval, also those of the reduced models."""
+    return tuple(dict.fromkeys((*REPORTED, *problem.also, *problem.priors)))
 
 
 def references(problem: Problem, known: Accuracy) -> dict[str, Reference]:
@@ -155,35 +142,21 @@ def references(problem: Problem, known: Accuracy) -> dict[str, Reference]:
     return {name: Reference(width, stated.get(name, np.inf)) for name, width in searched.items()}
 
 
-def _full_order(
-    record: StageSignals, plant: Plant, *, also: tuple[str, ...], known: Accuracy, part: float
-) -> tuple[Estimate, Mapping[str, Prior]]:
-    """Full order fitted to the first `part` of a record, and what was known of its parameters.
+def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[Problem, Estimate]:
+    """Full order fitted to the signals of a problem, with priors of what is `known`, and its estimate.
 
     No interval is computed if the residuals of the first, plain fit make it `doubtful` by `DISTRUST`.
     """
-    first = record.part(0, split_of(record, part))
-    plain = Problem(
-        FULL, plant, first, {}, also=also, priors=priors(plant, first, known, sensor_noise(first.P, first.P))
-    )
+    plant, signals = plain.plant, plain.signals
+    plain = plain._replace(priors=priors(plant, signals, known, sensor_noise(signals.P, signals.P)))
     rough = best_start(plain)
-    prior = priors(plant, first, known, sensor_noise(first.P, rough.residual * plant.conditions.P_s))
+    noise = sensor_noise(signals.P, rough.residual * plant.conditions.P_s)
+    problem = plain._replace(priors=priors(plant, signals, known, noise))
     halves = remainder_shifts(rough), expected_shifts(covariances(rough)[0])
     remainder, expected = (dict(zip(plain.names, half.tolist(), strict=True)) for half in halves)
     far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)
-    reported = () if far else (*REPORTED, *also, *prior)
-    fitted = estimate(
-        FULL,
-        plant,
-        record,
-        intervals=reported,
-        part=part,
-        also=also,
-        prior=prior,
-        known=known,
-        start=rough.theta,
-    )
-    return fitted, prior
+    intervals = () if far else _reported(problem)
+    return problem, estimate(problem, record, intervals=intervals, known=known, start=rough.theta)
 
 
 def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
