@@ -26,7 +26,8 @@ def replayed(law, P, x, chambers=(0, 1), **values):
     problem = closed_problem(law, record, PLANT, SAMPLES, chambers)
     values = EXACT | values
     theta = problem.theta({name: values[name] / problem.scales.get(name, 1.0) for name in problem.names})
-    areas, V_d = np.array([record.areas]).T, np.array([[values["V_d_A"]], [values["V_d_B"]]])
+    values, areas = problem.values(theta), np.array([record.areas]).T
+    V_d = np.array([[values["V_d_A"]], [values["V_d_B"]]])
     return V_d + areas * record.uncovered, problem.replay(theta, SAMPLES)
 
 
