@@ -14,7 +14,15 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit, search_value, si_value
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
-from pneumo.fitting.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES, STARTS, of_group
+from pneumo.fitting.fitted_parameters import (
+    CAUSES,
+    CURVE,
+    PARAMETERS,
+    QUANTITIES,
+    STARTS,
+    VALVE_CURVE,
+    of_group,
+)
 from pneumo.fitting.position_checks import stated, stated_volume_warnings
 from pneumo.fitting.residuals import Residual, residuals
 from pneumo.fitting.settings import (
@@ -44,7 +52,7 @@ def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
         return residual_warnings(name, of_chambers) + parameter_warnings(problem, estimate)
     odd = doubtful(split, estimate.remainder, estimate.expected, least=ALLOWED * estimate.of_configuration)
     symptoms = [residual_warning(name, of_chambers, remainder_effect(estimate, split))] if odd else []
-    cause = cause_warnings(problem, split) if odd else []
+    cause = cause_warnings(problem, split, estimate.values) if odd else []
     # With a wrong rig all parameters are odd: its cause says more.
     # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
     if not cause and not any(residual.unexplained for residual in split):
@@ -155,21 +163,28 @@ def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[st
     return [residual_warning(name, odd, UNTRUSTED)] if odd else []
 
 
-def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
+def cause_warnings(problem: Problem, split: Sequence[Residual], values: dict[str, float]) -> list[str]:
     """Warning that names the cause which, fitted too, explains most of a full-order fit's residuals.
 
     Empty if no cause does. Causes that explain about as much are named together: the record does not
-    distinguish them.
+    distinguish them. A curve of the valve can imitate others, so it must explain much more than these; its
+    search begins at the fitted `values`.
     """
     before = _coloured(split)
     explained: dict[str, tuple[float, str]] = {}
-    for cause in (name for name in CAUSES if name not in problem.also):
-        trial = problem._replace(also=(*problem.also, cause))
-        fitted = fit(trial, tolerance=1e-3, most=STEPS)
+    causes = {name: (name,) for name in CAUSES if name not in problem.also}
+    if not ({*CURVE} & {*problem.also} or problem.plant.valve.paths.knots):
+        causes[VALVE_CURVE] = CURVE
+    for cause, names in causes.items():
+        trial, start, enough = problem._replace(also=(*problem.also, *names)), None, EXPLAINED * before
+        if cause == VALVE_CURVE:
+            start = trial.inner(trial.values(trial.guess()) | values)
+            enough = EXPLAINED * min([before, *(after for after, _ in explained.values())])
+        fitted = fit(trial, tolerance=1e-3, most=STEPS, start=start)
         after = _coloured(residuals(trial, fitted.theta))
-        if after < EXPLAINED * before:
-            value, configured = trial.values(fitted.theta)[cause], trial.values(trial.guess())[cause]
-            explained[cause] = after, f"{explanation(cause, value, configured)} (--also {cause} fits it)"
+        if after < enough:
+            value, configured = trial.values(fitted.theta)[names[0]], trial.values(trial.guess())[names[0]]
+            explained[cause] = after, f"{explanation(names[0], value, configured)} (--also {cause} fits it)"
     if not explained:
         return []
     noise = float(np.sqrt(np.mean([residual.noise**2 for residual in split])))

@@ -39,7 +39,16 @@ class Parameter(NamedTuple):
     quantity: Quantity
     search: Search
     group: Literal[
-        "index", "wall", "flow", "dead volume", "start", "valve", "first temperature", "configured", "cause"
+        "index",
+        "wall",
+        "flow",
+        "dead volume",
+        "start",
+        "valve",
+        "first temperature",
+        "configured",
+        "cause",
+        "curve",
     ]
     key: str = ""  # of the configuration, below its section
     explanation: str = ""  # of a cause: sentence with its value and the configured one, in `shown_unit`
@@ -139,12 +148,6 @@ PARAMETERS: dict[str, Parameter] = {
         "cause",
         explanation="a piston area of {:.4g} mm² in chamber B (configured: {:.4g}; is the rod right?)",
     ),
-    "C_B": Parameter(
-        Quantity("the valve's side of B", "side of B over A", "1"),
-        Search(0.3, 3.0, 1.0),
-        "cause",
-        explanation="a valve whose side of B has {:.3g} times the area of that of A (configured: {:.3g})",
-    ),
     "dead_band": Parameter(
         Quantity("the valve's dead band", "dead band", "V", "V"),
         Search(0.0, 0.2, 0.0, times="valve.u_max", logarithmic=False),
@@ -158,6 +161,18 @@ PARAMETERS: dict[str, Parameter] = {
         "cause",
         explanation="a hysteresis of the valve of {:.2g} V to either side",
     ),
+    # The valve's conductance at parts of the record's largest command, each over that at the next: it rises.
+    **{
+        f"curve_{name}": Parameter(
+            Quantity(
+                f"the valve's C at {part} of the largest command over {after}", f"C {part} / {after}", "1"
+            ),
+            Search(0.02, 1.0, 0.5, logarithmic=False),
+            "curve",
+            explanation="a valve whose flow is not proportional to the command",
+        )
+        for name, part, after in (("eighth", "1/8", "1/4"), ("quarter", "1/4", "1/2"), ("half", "1/2", "1"))
+    },
     "sag": Parameter(
         Quantity("the sag of the supply", "sag of supply", "1"),
         Search(0.0, 0.6, 0.0, logarithmic=False),
@@ -224,7 +239,10 @@ PARAMETERS |= {
 }
 CAUSES = of_group("cause")
 CONFIGURED = of_group("configured")
-ALSO = (*CONFIGURED, *CAUSES)
+CURVE = of_group("curve")
+ALSO = (*CONFIGURED, *CAUSES, *CURVE)
+VALVE_CURVE = "valve_curve"  # for users: all of `CURVE`
+CHOICES = (*CONFIGURED, *CAUSES, VALVE_CURVE)  # that users may have fitted too
 VALVE = of_group("valve")
 STARTS = of_group("start", "first temperature")
 REPORTED = tuple(name for name in PARAMETERS if name not in (*STARTS, *ALSO))

@@ -13,8 +13,8 @@ from pneumo.configuration.uncertain import QUANTITIES as UNCERTAIN
 from pneumo.configuration.uncertain import SIGMAS, Uncertain, uncertainties
 from pneumo.errors import printable
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
-from pneumo.fitting.fitted_parameters import ALSO, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
-from pneumo.fitting.settings import LAWS_ALIKE
+from pneumo.fitting.fitted_parameters import ALSO, CURVE, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
+from pneumo.fitting.valve_signal import KNOTS, largest_command, valve_curve
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
@@ -23,7 +23,7 @@ SUFFIX = "-fitted"
 # Section and key by parameter.
 KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
 DYNAMICS = "cylinders.valve_dynamics"
-CURVE = "cylinders.valve.curve"
+CONFIGURED_CURVE = "cylinders.valve.curve"
 UNCERTAIN_NAMES = {"k_xu": "C"}  # of fitted parameters that the table of uncertain quantities names otherwise
 NOTED = (*dict.fromkeys((*KEYS, *ALSO)), "k_0_A", "k_0_B", "leak")
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
@@ -80,12 +80,10 @@ def fitted_configuration(
         name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
     }
     notes += _put_values(content, section, known, plant, float(np.diff(fit.data["t"].values[:2]).item()))
+    if "valve" in section and known.keys() >= {*CURVE}:
+        curve = {name: known[name].value for name in CURVE}
+        section["valve"] = _with_curve(section["valve"], curve, fit, plant)
     section["fitted"] = _fitted_section(fit, known, uncertainties(configuration)[cylinder])
-    mean = fit.estimates(rig).get("k_0", Interval(np.nan, np.nan, np.nan))
-    if abs(mean.value / estimates.get("k_0", mean).value - 1) > LAWS_ALIKE:
-        notes.append(
-            f"  the fit's k_0 is {mean.value:.4g} W/K, by likelier laws of the wall; here is the full order's"
-        )
     unknown = [
         _line(name, interval) for name, interval in estimates.items() if name in KEYS and name not in known
     ]
@@ -151,7 +149,7 @@ def _put_values(
         if name == "k_xu" and "valve" in section:
             path, key = "cylinders.valve", "C_dm3_per_sbar"
             if curve := section["valve"].get("curve"):
-                scale, path = interval.value / plant.valve.k_xu, CURVE
+                scale, path = interval.value / plant.valve.k_xu, CONFIGURED_CURVE
                 for column in curve.keys() - {"u_V"}:
                     curve[column] = [_rounded(scale * C) for C in curve[column]]
                 note = f"conductances of the curve times {_text(interval.scaled(1 / plant.valve.k_xu))}"
@@ -165,11 +163,26 @@ def _put_values(
             dynamics.pop(key, None)
         elif (target := sections.get(path)) is not None:
             target[key] = _rounded(interval.value)
-        elif path not in ("experiments", CURVE):
+        elif path not in ("experiments", CONFIGURED_CURVE) and not (name in CURVE and "valve" in section):
             without.append(QUANTITIES[name].heading)
     if dynamics:
         section["valve_dynamics"] = dynamics
     return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
+
+
+def _with_curve(
+    valve: dict[str, Any], fitted: dict[str, float], fit: FitResult, plant: Plant
+) -> dict[str, Any]:
+    """Section of a valve with a fitted curve in place of C, up to u_max.
+
+    Rows are at the knots and between them, since the curve of the fit is no straight line there.
+    """
+    largest, u_max = largest_command(fit.fitted_commands, plant), plant.valve.u_max
+    parts = np.sort([*KNOTS, *(np.add(KNOTS[1:], KNOTS[:-1]) / 2), *([u_max / largest] * (largest < u_max))])
+    C = valve["C_dm3_per_sbar"] * largest / u_max * valve_curve(fitted, parts)
+    rest = {key: value for key, value in valve.items() if key != "C_dm3_per_sbar"}
+    columns = {"u_V": largest * parts, "C_dm3_per_sbar": C}
+    return rest | {"curve": {key: [_rounded(x) for x in column] for key, column in columns.items()}}
 
 
 def _fitted_section(fit: FitResult, known: dict[str, Interval], before: Uncertain) -> dict[str, Any]:

@@ -28,22 +28,25 @@ from pneumo.fitting.fit_problem import (
     replayed_pressures,
     with_causes,
 )
-from pneumo.fitting.fit_result import Estimate, FitResult, Reference, equally_good, fit_data
+from pneumo.fitting.fit_result import Estimate, FitResult, Light, equally_good, fit_data
+from pneumo.fitting.fit_result import judged as judged_light
 from pneumo.fitting.fit_warnings import (
     disagreements,
     doubtful,
     fit_warnings,
     undetermined_notes,
 )
-from pneumo.fitting.fitted_parameters import ALSO, PARAMETERS, REPORTED, STARTS
+from pneumo.fitting.fitted_parameters import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
 from pneumo.fitting.position_checks import dead_volume_notes, position_shown, stop_warnings
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import residuals, sensor_noise
 from pneumo.fitting.settings import DISTRUST, PART
 from pneumo.fitting.stage_signals import StageSignals, stage_signals
+from pneumo.fitting.valve_signal import largest_command
 from pneumo.fitting.wall_laws import wall_law_notes
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve_dynamics import ValveDynamics
+from pneumo.statistics.intervals import Interval
 
 
 def fit_measurement(
@@ -66,8 +69,8 @@ def fit_measurement(
     part
         Fraction of the record that is fitted.
     also
-        Names of `ALSO` that are fitted without prior knowledge, with the full order; the reduced models then
-        get the corrected plant and pressures.
+        Names of `CHOICES` that are fitted without prior knowledge, with the full order; the reduced models
+        then get the corrected plant and pressures.
     known
         Accuracy of what is configured; by default that of `pneumo.configuration.parameters.accuracy`.
     progress
@@ -76,14 +79,16 @@ def fit_measurement(
     Raises
     ------
     InputError
-        If a name in `also` is not in `ALSO`, if it is the supply and that was measured, or if there are names
-        but the full order cannot be fitted.
+        If a name in `also` is not in `CHOICES`, if it is the supply and that was measured, or if there are
+        names but the full order cannot be fitted.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     has_full = m.m is None
-    _check_also(also, measurement, has_full)
+    _check_also(also, measurement, plant)
+    also = tuple(name for choice in also for name in (CURVE if choice == VALVE_CURVE else (choice,)))
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
     split = split_of(record, part)
+    record = record._replace(largest=largest_command(m.u[: split + 1], plant))
     long = long_notes(record, split, part)
     for note in long:
         progress(f"note: {note}")
@@ -124,8 +129,7 @@ def fit_measurement(
         ),
         warnings=(*of_rig, *disagreements(estimates)),
         held_out_from=float(measurement.t[split]),
-        of_rig=tuple(of_rig),
-        references=references(judged, known),
+        judgements=judgements(judged, best, known, of_rig) if has_full else {},
     )
 
 
@@ -134,12 +138,21 @@ def _reported(problem: Problem) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*REPORTED, *problem.also, *problem.priors)))
 
 
-def references(problem: Problem, known: Accuracy) -> dict[str, Reference]:
-    """Widths with which the intervals of a problem's parameters are compared, on the scale of the search."""
-    low, high = problem.bounds()
-    stated = {name: 2 * getattr(known, name) for name in problem.priors if name not in problem.also}
-    searched = dict(zip(problem.names, (high - low).tolist(), strict=True))
-    return {name: Reference(width, stated.get(name, np.inf)) for name, width in searched.items()}
+def judgements(
+    problem: Problem, estimate: Estimate, known: Accuracy, warnings: Sequence[str]
+) -> dict[str, tuple[Light, str]]:
+    """Lights of the full order's parameters, and their reasons, by the intervals and the rig's warnings."""
+    concerned = [(text, getattr(text, "parameters", ())) for text in warnings]
+    result: dict[str, tuple[Light, str]] = {}
+    for name, searched in zip(problem.names, np.diff(problem.bounds(), axis=0)[0].tolist(), strict=True):
+        low, high = estimate.low.get(name, np.nan), estimate.high.get(name, np.nan)
+        doubts = [text for text, of in concerned if not of or name in of]
+        prior = name in problem.priors and name not in problem.also
+        stated = 2 * getattr(known, name) if prior else np.inf
+        if name not in STARTS:
+            ends = Interval(estimate.estimates[name], low, high)
+            result[name] = judged_light(name, ends, doubts, searched, stated)
+    return result
 
 
 def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[Problem, Estimate]:
@@ -176,6 +189,7 @@ def validation(
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
+    record = record._replace(largest=largest_command(fitted.fitted_commands, plant))
     values = {
         name: {p: i.value for p, i in fitted.replayed(name).items() if p not in STARTS}
         for name in fitted.models
@@ -194,16 +208,18 @@ def validation(
 
 
 def fitted_too(also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics) -> tuple[str, ...]:
-    """Names of `ALSO` that a user asks for, each once, and the dead band where one is configured."""
+    """Names of `CHOICES` that a user asks for, each once, and the dead band where one is configured."""
     configured = ("dead_band",) if dynamics.dead_band and measurement.m is None else ()
     return tuple(dict.fromkeys((*also, *configured)))
 
 
-def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> None:
-    """Raise an `InputError` for a cause that cannot be fitted."""
-    for unknown in (name for name in also if name not in ALSO):
-        raise InputError(f"--also {unknown}: must be one of {', '.join(ALSO)}")
+def _check_also(also: Sequence[str], measurement: Measurement, plant: Plant) -> None:
+    """Raise an `InputError` for a quantity that cannot be fitted."""
+    for unknown in (name for name in also if name not in CHOICES):
+        raise InputError(f"--also {unknown}: must be one of {', '.join(CHOICES)}")
     if "P_s" in also and measurement.P_s is not None:
         raise InputError(f"--also P_s: {measurement.name} has the supply pressure as a column")
-    if also and not full:
+    if VALVE_CURVE in also and plant.valve.paths.knots:
+        raise InputError(f"--also {VALVE_CURVE}: the configuration has a curve; give C in its place")
+    if also and measurement.m is not None:
         raise InputError(f"--also {also[0]}: needs the command u, in place of measured flows")

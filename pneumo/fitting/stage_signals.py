@@ -41,6 +41,7 @@ class StageSignals(NamedTuple):
     P_s: np.ndarray | None = None  # Pa, supply pressure where measured, by (step, stage)
     flow: np.ndarray | None = None  # kg/s, where measured, by (step, stage, chamber); u then plays no role
     begins: tuple[int, ...] = (0,)  # first samples of several records, one after another
+    largest: float = 1.0  # V, command at which a curve of the valve ends
 
     @property
     def stride(self) -> int:

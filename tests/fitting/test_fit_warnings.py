@@ -20,7 +20,7 @@ from pneumo.fitting.fit_warnings import (
     parameter_warnings,
     undetermined_notes,
 )
-from pneumo.fitting.fitted_parameters import ALSO, REPORTED
+from pneumo.fitting.fitted_parameters import CHOICES, REPORTED
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement
@@ -141,7 +141,7 @@ def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
     assert abs(residual).max() < 8e3 / 2  # Pa: what M8 lacks, but not the offset
     with pytest.raises(InputError, match=r"^--also P_s: m has the supply pressure as a column$"):
         fit_measurement(measurement._replace(P_s=P[0]), plant, ["M8"], also=("P_s",))
-    with pytest.raises(InputError, match=f"^--also u: must be one of {', '.join(ALSO)}$"):
+    with pytest.raises(InputError, match=f"^--also u: must be one of {', '.join(CHOICES)}$"):
         fit_measurement(measurement, plant, ["M8"], also=("u",))
     with pytest.raises(InputError, match=r"^--also exhaust: needs the command u"):
         fit_measurement(measurement._replace(m=np.zeros_like(P)), plant, ["M8"], also=also)

@@ -83,7 +83,6 @@ def test_a_piston_that_does_not_rest_under_force_shows_no_stop(record):
         ((-HALF + 5e-3, HALF + 5e-3), "a zero of x off by 5 mm; this moves V_d of A by"),
         ((-1.03 * HALF, 1.03 * HALF), "a stroke 4.8 mm too short or an x 3 % too large; this moves"),
         ((-0.97 * HALF, 0.97 * HALF), "a stroke 4.8 mm too long or an x 3 % too small; this moves"),
-        ((-0.5 * HALF, HALF + 4e-3), "a zero of x off by"),
         ((-HALF + 3e-4, HALF + 3e-4), ""),  # within the stated accuracy
     ],
 )
@@ -121,7 +120,6 @@ def found(shift_A, shift_B, half=0.05):
         ((-5e-3, 5e-3), "as a zero of x off by 5 mm would make them, or hoses"),
         ((-3e-3, -3e-3), "as a stroke 6 mm too long or an x 3.8 % too small would make them"),
         ((4e-3, 4e-3), "as a stroke 8 mm too short or an x 5 % too large would make them"),
-        ((8e-3, 0.0), "a zero of x off by -4 mm and a stroke 8 mm too short"),
         ((5e-4, -5e-4), ""),
     ],
 )
