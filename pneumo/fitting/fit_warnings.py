@@ -6,7 +6,6 @@ for what that model lacks. Limits were chosen on benches that `make fit-bench` d
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 
@@ -143,24 +142,23 @@ def remainder_effect(estimate: Estimate, split: Sequence[Residual]) -> str:
     return f"this moves {', '.join(moved)}, or more"
 
 
-def residual_warning(name: str, residual_of: Mapping[str, Residual], effect: str) -> str:
+def residual_warning(name: str, residual_of: Mapping[str, Residual], effect: str = UNTRUSTED) -> str:
     """Warning of residuals of a model, by chamber, that are not noise: their size and effect."""
-
-    def each(field: str) -> str:
-        return " and ".join(f"{getattr(residual, field) / 1e3:.2g}" for residual in residual_of.values())
-
+    rms, coloured, noise = (
+        " and ".join(f"{size / 1e3:.2g}" for size in sizes)
+        for sizes in zip(*residual_of.values(), strict=True)
+    )
     chambers = " and ".join(f"P_{chamber}" for chamber in residual_of)
     return (
-        f"{chambers}: {name} is off by {each('rms')} kPa rms, of"
-        f" which {each('coloured')} kPa are not noise (sensor: {each('noise')} kPa): rig, record or"
-        f" configuration is not as assumed; {effect}"
+        f"{chambers}: {name} is off by {rms} kPa rms, of which {coloured} kPa are not noise (sensor: {noise}"
+        f" kPa): rig, record or configuration is not as assumed; {effect}"
     )
 
 
 def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[str]:
     """Warning of residuals of a model, by chamber, that the sensors' noise does not explain."""
     odd = {chamber: residual for chamber, residual in residual_of.items() if residual.unexplained}
-    return [residual_warning(name, odd, UNTRUSTED)] if odd else []
+    return [residual_warning(name, odd)] if odd else []
 
 
 def cause_warnings(problem: Problem, split: Sequence[Residual], values: dict[str, float]) -> list[str]:
@@ -172,7 +170,7 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], values: dict[str
     """
     before = _coloured(split)
     explained: dict[str, tuple[float, str]] = {}
-    causes = {name: (name,) for name in CAUSES if name not in problem.also}
+    causes: dict[str, tuple[str, ...]] = {name: (name,) for name in CAUSES if name not in problem.also}
     if not ({*CURVE} & {*problem.also} or problem.plant.valve.paths.knots):
         causes[VALVE_CURVE] = CURVE
     for cause, names in causes.items():
@@ -240,12 +238,13 @@ def odd_values(
 def undetermined_notes(
     estimate: Estimate,
     names: Iterable[str],
-    remedies: Mapping[str, str] = MappingProxyType({"k_0": CLOSED_TEST}),
+    *,
+    of_k_0: str = CLOSED_TEST,
     remedy: str = "excite the cylinder more, or record longer",
 ) -> list[str]:
     """Notes on the parameters in `names` that have an interval, but a wide or open one, with a remedy."""
     return [
-        f"this record does not determine {QUANTITIES[name].name}: {remedies.get(name, remedy)}"
+        f"this record does not determine {QUANTITIES[name].name}: {of_k_0 if name == 'k_0' else remedy}"
         for name in names
         if name in estimate.low and name not in estimate.at_bound
         if not estimate.high[name] < VAGUE * estimate.low[name]
@@ -257,13 +256,11 @@ def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
     ratio = volume / getattr(plant.cylinder, name)
     if 1 / UNLIKELY < ratio < UNLIKELY:
         return []
-    question = "check the stroke and the zero of x"
-    if stated(plant):
-        configured, remedy = "the configured one", f"{question}; is there a hose to the valve?"
-    else:
-        _, key = PARAMETERS[name].key.rsplit(".", 1)
+    remedy = "check the stroke and the zero of x; is there a hose to the valve?"
+    configured = "the configured one"
+    if not stated(plant):
         configured = f"the default of {100 * DEAD_FRACTION:g} % of half the stroke, since none is configured"
-        remedy = f"give {key} (with hoses), or {question}"
+        remedy = f"give {PARAMETERS[name].key.rpartition('.')[2]} (with hoses), or {remedy.partition(';')[0]}"
     return [FitWarning(f"fitted {QUANTITIES[name].name} is {ratio:.2g} times {configured}: {remedy}", name)]
 
 

@@ -114,15 +114,13 @@ def _best_model_lines(fit: FitResult) -> list[str]:
     """Lines on the best reduced model, with the options that export it."""
     best = fit.best_model
     exported = {name: interval for name, interval in fit.estimates(best).items() if name in EXPORTED}
-    values = ", ".join(f"{name} = {_text(interval)}" for name, interval in exported.items())
+    values = [f"{name} = {_text(interval)}" for name, interval in exported.items()]
     options = [f"--{EXPORTED[name]} {_rounded(interval.value)}" for name, interval in exported.items()]
     line = f"Best reduced model: {best}, off by {_held_out_error(fit, best)}"
-    if not exported:
-        return [line]
-    line += f", with its own {values}"
-    if fit.on_bound(best):  # a warning says so
-        return [line]
-    return [line, f"  for export and linearise: {best} {' '.join(options)}"]
+    lines = [f"{line}, with its own {', '.join(values)}" if values else line]
+    if values and not fit.on_bound(best):
+        lines.append(f"  for export and linearise: {best} {' '.join(options)}")
+    return lines
 
 
 def _put_values(

@@ -36,8 +36,6 @@ class StageSignals(NamedTuple):
     u: np.ndarray  # limited command, V, by (step, stage)
     motion: np.ndarray  # position, m, and velocity, m/s, by (step, stage, 2)
     P: np.ndarray  # Pa, measured pressures by (chamber, sample)
-    penalty: float  # s^3, smoothing of the position: from `smoothing`
-    noise: float  # m, in the position
     P_s: np.ndarray | None = None  # Pa, supply pressure where measured, by (step, stage)
     flow: np.ndarray | None = None  # kg/s, where measured, by (step, stage, chamber); u then plays no role
     begins: tuple[int, ...] = (0,)  # first samples of several records, one after another
@@ -108,11 +106,6 @@ def _cross_validated(pieces: np.ndarray) -> tuple[float, float]:
     return best[1:]
 
 
-def stage_times(steps: int, h: float) -> np.ndarray:
-    """Times of the stages of a replay from 0 on, s, shape (steps, 3)."""
-    return (np.arange(steps)[:, None] + KUTTA.c) * h
-
-
 def longest_step(plant: Plant, u: np.ndarray, x: np.ndarray) -> float:
     """Longest step of a replay, s, in which the valve changes no pressure by more than `LARGEST_CHANGE`.
 
@@ -157,12 +150,11 @@ def stage_signals(
     longest, u_max = LONGEST_STEP if m is not None else longest_step(plant, u, x), plant.valve.u_max
     t, within = period * np.arange(len(u)), int(np.ceil(period / longest * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)
-    at = stage_times(steps, h)
+    at = (np.arange(steps)[:, None] + KUTTA.c) * h  # times of the stages
     held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
     limited = np.clip(held_u if command.held else np.interp(at, t, u), -u_max, u_max)
     ends = record_ends(begins, len(x))
-    penalties, noises = zip(*(smoothing(x[first : last + 1], period) for first, last in ends), strict=True)
-    penalty, noise = min(penalties), float(np.sqrt(np.mean(np.square(noises))))
+    penalty = min(smoothing(x[first : last + 1], period)[0] for first, last in ends)
     motion = np.empty((*at.shape, 2))
     for begin, end in ends:
         for first in range(begin, end, LONGEST_SPLINE):
@@ -179,8 +171,6 @@ def stage_signals(
         u=limited,
         motion=motion,
         P=P,
-        penalty=penalty,
-        noise=noise,
         P_s=supply,
         flow=flow,
         begins=begins,

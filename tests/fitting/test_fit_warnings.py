@@ -16,7 +16,6 @@ from pneumo.fitting.fit_result import Estimate, equally_good
 from pneumo.fitting.fit_warnings import (
     disagreements,
     fit_warnings,
-    odd_values,
     parameter_warnings,
     undetermined_notes,
 )
@@ -90,12 +89,6 @@ def test_bounds_and_unlikely_values_are_doubted(sound, values, high, said):
     changed = found._replace(values=found.values | values, high=found.high | high)
     texts = parameter_warnings(problem, changed)
     assert any(said in text for text in texts) if said else texts == []
-
-
-@pytest.mark.parametrize(("n", "odd"), [(0.9, True), (1.0, False), (1.39, False), (1.5, True)])
-def test_n_outside_1_to_gamma_is_doubted(plant, n, odd):
-    said = odd_values({"n": n}, (), plant, meaning="no gas does this")
-    assert said == ([f"n = {n:.3g} is outside 1 to 1.4: no gas does this"] if odd else [])
 
 
 def test_vague_intervals_are_noted(sound):
