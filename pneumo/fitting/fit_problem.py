@@ -103,22 +103,16 @@ class Problem(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the fitted parameters."""
-        full = self.model.name == FULL_ORDER
+        full, starts = self.model.name == FULL_ORDER, range(len(self.signals.begins))
         fitted = {"index": self.model.has_n, "wall": self.model.wall != "none", "valve": full}
-        fitted |= {
-            "flow": self.signals.flow is None,
-            "first temperature": full,
-            "configured": False,
-            "cause": False,
-            "curve": False,
-        }
+        fitted |= {"flow": self.signals.flow is None, "first temperature": full}
         added = {*self.also, *self.priors}
-        starts = {start_name(name, i) for name in STARTS_OF_ONE for i in range(len(self.signals.begins))}
-        without = {*self.fixed, *STARTS} - starts
+        without = {*self.fixed, *STARTS} - {start_name(name, i) for name in STARTS_OF_ONE for i in starts}
         return tuple(
             name
             for name, parameter in PARAMETERS.items()
-            if (fitted.get(parameter.group, True) or name in added) and name not in without
+            if (name in added or (name not in ALSO and fitted.get(parameter.group, True)))
+            and name not in without
         )
 
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

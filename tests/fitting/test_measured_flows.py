@@ -6,13 +6,10 @@ import pytest
 
 from pneumo import simulate
 from pneumo.errors import InputError
-from pneumo.fitting.fit_problem import Problem, fit, replayed_pressures
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.record.units import ANR
-from pneumo.fitting.stage_signals import stage_signals
-from pneumo.physics.models import MODELS
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.pages.fit_page import fit_page
 
@@ -30,19 +27,6 @@ def measured(plant):
     m = -np.diff([[chamber_flows(*at, *rest) for at in zip(*side, strict=True)] for side in sides])[..., 0]
     P = np.array([run.P_A, run.P_B]) + np.random.default_rng(7).normal(0, 200.0, (2, len(ticks)))
     return Measurement("m.csv", H, np.zeros(len(ticks)), run.x, P, m=m)
-
-
-@pytest.mark.parametrize("model", ["M6", "M9"])
-def test_a_models_own_pressures_give_its_parameters_back(plant, measured, model):
-    s = stage_signals(H, measured.u, measured.x, measured.P, plant, m=measured.m)
-    problem = Problem(MODELS[model], plant, s, {})
-    assert "k_xu" not in problem.names
-    theta = problem.guess()
-    theta[problem.names.index("n")] += 0.05
-    theta[problem.names.index("V_d_A")] += 0.1
-    P = replayed_pressures(problem, theta[None])[0]
-    found = fit(problem._replace(signals=s._replace(P=P)), tolerance=1e-12)
-    np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
 
 
 @pytest.mark.slow

@@ -26,9 +26,9 @@ from pneumo.fitting.fit_warnings import (
     undetermined_notes,
 )
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.fitting.residuals import Residual, split_residuals
+from pneumo.fitting.residuals import Residual, noise_of, split_residuals
 from pneumo.fitting.settings import PART
-from pneumo.fitting.stage_signals import smoothed, smoothing
+from pneumo.fitting.stage_signals import smoothed
 from pneumo.physics.cylinder import Side, chamber_of, volume
 
 REPORTED = ("n", "k_0", "k_0_A", "k_0_B", "V_d_A", "V_d_B", "leak", "T_A", "T_B")
@@ -125,8 +125,7 @@ def fitted_chambers(record: ClosedRecord, plant: Plant, check: bool) -> tuple[li
         log_P, log_V = np.log(P), np.log(chamber.V_d + chamber.area * length)
         motion = np.std(log_V)
         means = np.array([block.mean() for block in np.array_split(P, BLOCKS)])
-        noise = smoothing(P, record.h)[1] / np.sqrt(len(P) / BLOCKS) if np.ptp(P) > 0 else 0.0
-        if np.ptp(means) <= VISIBLE * noise:
+        if np.ptp(means) <= VISIBLE * noise_of(P, P) / np.sqrt(len(P) / BLOCKS):
             reasons.append(f"{name} does not change beyond its noise")
         elif motion > MOVED and np.std(log_P) < OPEN * motion:
             reasons.append(f"{name} hardly follows the piston: the chamber is open")
