@@ -244,7 +244,11 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
             leaked = leaked_volume(signals, plant, value)
             motions = np.array([with_leak(motion, plant, leaked, side) for side in range(2)])
         both = pressures_of_sets(u, motions, lanes[rows], V_d[rows], plant, *sets)
-        P = np.stack([both[0, :, 0], both[-1, :, 1]], axis=1)
+        A, B = both[0, :, 0], both[-1, :, 1]
+        if "C_B" in value:
+            of_B = plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
+            B = pressures_of_sets(u, motions[-1:], lanes[rows], V_d[rows], of_B, *sets)[0, :, 1]
+        P = np.stack([A, B], axis=1)
         result[rows] = as_logged(P, signals.period, value)
     return result + np.array([offsets(value) for value in values])
 

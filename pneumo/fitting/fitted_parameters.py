@@ -148,6 +148,12 @@ PARAMETERS: dict[str, Parameter] = {
         "cause",
         explanation="a piston area of {:.4g} mm² in chamber B (configured: {:.4g}; is the rod right?)",
     ),
+    "C_B": Parameter(
+        Quantity("the valve's side of B", "side of B over A", "1"),
+        Search(0.3, 3.0, 1.0),
+        "cause",
+        explanation="a valve whose side of B has {:.3g} times the area of that of A (configured: {:.3g})",
+    ),
     "dead_band": Parameter(
         Quantity("the valve's dead band", "dead band", "V", "V"),
         Search(0.0, 0.2, 0.0, times="valve.u_max", logarithmic=False),
