@@ -12,6 +12,7 @@ from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import QUANTITIES as UNCERTAIN
 from pneumo.configuration.uncertain import SIGMAS, Uncertain, uncertainties
 from pneumo.errors import printable
+from pneumo.fitting import fitted_parameters
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CURVE, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
 from pneumo.fitting.valve_signal import KNOTS, largest_command, valve_curve
@@ -21,7 +22,7 @@ DIGITS = 6  # of the numbers written
 LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
 # Section and key by parameter.
-KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
+KEYS = {name: tuple(key.rsplit(".", 1)) for name, key in fitted_parameters.KEYS.items()}
 DYNAMICS = "cylinders.valve_dynamics"
 CONFIGURED_CURVE = "cylinders.valve.curve"
 UNCERTAIN_NAMES = {"k_xu": "C"}  # of fitted parameters that the table of uncertain quantities names otherwise
@@ -79,7 +80,7 @@ def fitted_configuration(
     known = {
         name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
     }
-    notes += _put_values(content, section, known, plant, float(np.diff(fit.data["t"].values[:2]).item()))
+    notes += _put_values(content, section, known, plant, fit)
     if "valve" in section and known.keys() >= {*CURVE}:
         curve = {name: known[name].value for name in CURVE}
         section["valve"] = _with_curve(section["valve"], curve, fit, plant)
@@ -124,12 +125,11 @@ def _best_model_lines(fit: FitResult) -> list[str]:
 
 
 def _put_values(
-    content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant, period: float
+    content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant, fit: FitResult
 ) -> list[str]:
-    """Put the fitted values, except k_0, under their keys of the configuration; return notes on all values.
-
-    `period` is the time between samples, s.
-    """
+    """Put the fitted values, except k_0, under their keys of the configuration; return notes on them."""
+    period = float(np.diff(fit.data["t"].values[:2]).item())
+    end = largest_command(fit.fitted_commands, plant) if known.keys() >= {*CURVE} else plant.valve.u_max
     sections = {"supply": content["supply"], "cylinders": section, "cylinders.valve": section.get("valve")}
     dynamics = sections[DYNAMICS] = section.pop("valve_dynamics", {})
     dead_volumes = of_group("dead volume")
@@ -153,7 +153,7 @@ def _put_values(
                 note = f"conductances of the curve times {_text(interval.scaled(1 / plant.valve.k_xu))}"
             else:
                 interval = interval.scaled(sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu)
-                note = f"C = {_text(interval)} dm3/(s bar) at u_max_V"
+                note = f"C = {_text(interval.scaled(end / plant.valve.u_max))} dm3/(s bar) at {end:.4g} V"
         notes.append(note)
         # No valve acts before its command: less than a sample is the clock's.
         early = name == "dead_time" and -period < interval.value < 0

@@ -48,6 +48,11 @@ from pneumo.physics.models import MODELS
 from pneumo.physics.valve_dynamics import ValveDynamics
 from pneumo.statistics.intervals import Interval
 
+CURVE_NOTE = (
+    "the curve of the valve ends at the record's largest command, {:.3g} V; the valve's coefficient and C are"
+    " those at that command, scaled to u_max in proportion"
+)
+
 
 def fit_measurement(
     measurement: Measurement,
@@ -122,6 +127,7 @@ def fit_measurement(
         notes=(
             *measurement.notes,
             *long,
+            *([CURVE_NOTE.format(record.largest)] if {*CURVE} <= {*also} else []),
             *undetermined_notes(best, logarithmic),
             *(wall_law_notes(best) if has_full else ()),
             *dead_volume_notes(m, plant, known),
