@@ -1,9 +1,9 @@
-"""Table of the parameters of `pneumo fit`: one row each, for the fit, warnings, tables, files, help and docs.
+"""Parameters of `pneumo fit`: tables for the fit, warnings, files, help and docs.
 
-A row of the group "configured" is known within a stated accuracy, and is fitted within it. A row of the group
-"cause" is something that a user may have configured or connected wrongly. If the search of such a row starts
-at a field of the plant, the fitted value replaces that field in the replay; `fit_problem` applies
-the others, such as offsets of the pressure sensors. The table imports no numerics: help texts read it too.
+Those of the group "configured" are known within a stated accuracy, and are fitted within it. Those of the
+group "cause" are something that a user may have configured or connected wrongly. If their search starts at a
+field of the plant, the fitted value replaces that field in the replay; `fit_problem` applies the others, such
+as offsets of the pressure sensors. The tables import no numerics: help texts read them too.
 """
 
 from typing import NamedTuple
@@ -43,15 +43,13 @@ class Parameter(NamedTuple):
     explanation: str = ""  # of a cause: sentence with its value and the configured one, in `shown_unit`
 
 
-QUANTITIES = {
+QUANTITIES = {  # in the order of the search
     "n": Quantity("n", "n", "1"),
     "k_0": Quantity("k_0", "k_0", "W K-1", "W/K"),
     "k_xu": Quantity("the valve coefficient", "k_x k_u", "m2 V-1", "mm²/V", 1e6),
     **{f"V_d_{c}": Quantity(f"the dead volume of {c}", f"V_d of {c}", "m3", "cm³", 1e6) for c in "AB"},
-    **{
-        f"start_{c}": Quantity(f"the first pressure of {c}", f"first P of {c}", "Pa", "kPa", 1e-3)
-        for c in "AB"
-    },
+    "start_A": Quantity("the first pressure of A", "first P of A", "Pa", "kPa", 1e-3),
+    "start_B": Quantity("the first pressure of B", "first P of B", "Pa", "kPa", 1e-3),
     "lag": Quantity("the valve's lag", "lag", "s", "ms", 1e3),
     "dead_time": Quantity("the valve's dead time", "dead time", "s", "ms", 1e3),
     "null": Quantity("the valve's null offset", "null offset", "V", "V"),
@@ -73,10 +71,8 @@ QUANTITIES = {
     "valve_leak": Quantity("the leak of the valve's paths", "valve leak", "1", "%", 1e2),
     "skew": Quantity("the delay of x", "delay of x", "s", "ms", 1e3),
     "filter": Quantity("the filter of the pressures", "filter of P", "s", "ms", 1e3),
-    **{
-        f"offset_{c}": Quantity(f"the offset of the sensor of P_{c}", f"offset P_{c}", "Pa", "kPa", 1e-3)
-        for c in "AB"
-    },
+    "offset_A": Quantity("the offset of the sensor of P_A", "offset P_A", "Pa", "kPa", 1e-3),
+    "offset_B": Quantity("the offset of the sensor of P_B", "offset P_B", "Pa", "kPa", 1e-3),
 }
 SEARCHES: dict[str, dict[str, Search]] = {  # by group
     "index": {"n": Search(0.8, 1.8, 1.2, logarithmic=False)},
