@@ -71,7 +71,7 @@ def smoothing(x: np.ndarray, period: float) -> float:
     It is the weight of the integrated squared second derivative against the sum of squared residuals. Where
     jumps and impacts hide the noise, nothing is smoothed.
     """
-    spectrum = dct(x - np.linspace(x[0], x[-1], len(x)), norm="ortho")
+    spectrum = np.asarray(dct(x - np.linspace(x[0], x[-1], len(x)), norm="ortho"))
     rough = (2 - 2 * np.cos(np.pi * np.arange(len(x)) / len(x))) ** 2
 
     def score(weight: float) -> float:
