@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from scipy.integrate import solve_ivp
+from scipy.integrate import RK45, solve_ivp
 
 from benchmarks.study_runs import run_study
 from pneumo.configuration.parameters import load, study
@@ -28,7 +28,6 @@ from pneumo.physics.valve import choked_flow
 from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay, replay_one_by_one
-from pneumo.simulation.tableau import DORMAND_PRINCE, STAGES
 
 ROOT = Path(__file__).parents[1]
 EXPERIMENT, REPEATS = "E14", 7
@@ -83,11 +82,11 @@ def mse_of(run: Recording, pressure: np.ndarray) -> np.ndarray:
 def by_numpy(run: Recording, lanes: np.ndarray) -> np.ndarray:
     """The same method in NumPy, lanes of both chambers as one array."""
     rate, P = array_rate(run, lanes), np.empty((len(run.u), 2 * len(lanes)))
-    P[0], K = run.plant.conditions.P_0, np.empty((STAGES, P.shape[1]))
+    P[0], K = run.plant.conditions.P_0, np.empty((RK45.n_stages, P.shape[1]))
     for k in range(len(run.u) - 1):
-        for i in range(STAGES):
-            K[i] = rate(k + DORMAND_PRINCE.c[i], P[k] + DORMAND_PRINCE.A[i, :i] @ K[:i])
-        P[k + 1] = P[k] + DORMAND_PRINCE.b @ K
+        for i in range(RK45.n_stages):
+            K[i] = rate(k + RK45.C[i], P[k] + RK45.A[i, :i] @ K[:i])
+        P[k + 1] = P[k] + RK45.B @ K
     return mse_of(run, P)
 
 
@@ -140,7 +139,7 @@ def compare(repeats: int, seconds: float = 1.0) -> dict[str, float]:
         for name, c in CONTENDERS.items():
             begin = time.perf_counter()
             c.replay(runs[name], lanes)
-            count = 2 * len(lanes) * STAGES * (len(runs[name].u) - 1)
+            count = 2 * len(lanes) * RK45.n_stages * (len(runs[name].u) - 1)
             best[name] = min(best[name], (time.perf_counter() - begin) / count * 1e9)
     return best
 

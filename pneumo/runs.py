@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
-from pneumo.equations.chamber_rate import lane_for
+from pneumo.equations.named_model import lane_for
 from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError
 from pneumo.physics.models import Model, full_order_lane, lane_array

@@ -16,6 +16,7 @@ typedef struct {
 typedef struct { Gas gas; Valve valve; Conditions conditions; Cylinder cylinder; double k_0; } Plant;
 typedef struct { bool closed_loop; double k_p, x_reverse; bool toggles, each_stage; double late; } Drive;
 typedef struct { bool exact, held, next_at_end; double delay[3]; int64_t every; } Sampling;
+enum { STAGES = 6 }; /* of Dormand and Prince's method */
 typedef struct { double n_V, n_in, n_out, a, mixing, flow_scale, wall_scale, e_A, e_PT, full; } Lane;
 typedef struct { double force, pressure, x_variance, pressure_variance; } Noise;
 typedef struct { bool estimates_k_0; Lane lane; } FilterModel;
@@ -32,7 +33,7 @@ typedef struct {
 } Recording;
 
 /* Lanes side by side, for the vector kernels: a row holds one number of each lane. */
-enum { WIDTH = 8, ROW = 136, VOLUME_ROWS = 18 };
+enum { WIDTH = 8, ROW = 136 };
 typedef struct {
     double n_V[ROW], a_half[ROW], in[ROW], in_T[ROW], out[ROW], wall[ROW], wall_A[ROW], wall_APT[ROW];
     double p[ROW], ln_p[ROW], root_T[ROW], heat[ROW]; /* within one stage; pressures are over P_0 */

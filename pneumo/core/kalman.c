@@ -1,5 +1,5 @@
 /* Extended Kalman filter of motion, pressures and, if asked for, temperatures and k_0: the midpoint rule over each
-   sample. Docstrings in pneumo.simulation.kalman_filter. */
+   sample. Docstrings in pneumo.linear.observer. */
 #include "rates.h"
 
 enum { X_, V_, P_A, P_B, T_A, T_B, LN_K_0, SIZE }; /* states */

@@ -192,7 +192,6 @@ INLINE double command(double reference, double x, const Drive *drive) {
 }
 
 /* Dormand and Prince's fifth-order method of six stages, and its error estimate with a seventh at the end. */
-enum { STAGES = 6 };
 #define STEP_TOLERANCE 1e-4 /* error over P_0, T_0 or the stroke above which a step is halved */
 static const double A[6][5] = {{0},
                                {1.0 / 5},

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 from pneumo.equations.system import System
 from pneumo.errors import InputError
-from pneumo.linear.observer import PRESSURE_NOISE
-from pneumo.simulation.kalman_filter import DP, DT, DV, DX, FIRST_PRESSURE, FIRST_TEMPERATURE
+from pneumo.linear.observer import DP, DT, DV, DX, FIRST_PRESSURE, FIRST_TEMPERATURE, PRESSURE_NOISE
 
 FILE = Path(__file__).with_name("templates") / "observer_noise.json"
 SENSORS = {"none": 0, "one": 1, "both": 2}  # pressures measured beside the position

@@ -17,7 +17,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.physics.cylinder import chamber_of, volume
 from pneumo.physics.valve import choked_flow
-from pneumo.simulation.fitted_pressures import KUTTA
+from pneumo.simulation.fitted_pressures import NODES
 
 LONGEST_STEP, SHORTEST_STEP = 1e-3, 2e-5  # s; the first is the step of the paper's study
 LARGEST_CHANGE = 0.25  # of a pressure within a step, over the supply's
@@ -109,7 +109,7 @@ def _cross_validated(pieces: np.ndarray) -> tuple[float, float]:
 
 def stage_times(steps: int, h: float) -> np.ndarray:
     """Times of the stages of a replay from 0 on, s, shape (steps, 3)."""
-    return (np.arange(steps)[:, None] + KUTTA.c) * h
+    return (np.arange(steps)[:, None] + NODES) * h
 
 
 def longest_step(plant: Plant, u: np.ndarray, x: np.ndarray) -> float:

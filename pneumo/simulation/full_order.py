@@ -12,7 +12,6 @@ from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.simulation.excitation import reference_series, reversed_late
-from pneumo.simulation.tableau import STAGES
 
 MOST_HALVINGS = 20  # that the core accepts for a step
 # Estimated error over P_0, T_0 or the stroke above which the core halves a step
@@ -180,7 +179,7 @@ def stage_signals(recording: Recording, sampling: Sampling, k: int, halvings: in
     exact sampling the full-order states are integrated again; otherwise the command is limited after it was
     read.
     """
-    inputs = np.empty((1 << core.whole("halvings", halvings, 0, MOST_HALVINGS), STAGES + 1, 4))
+    inputs = np.empty((1 << core.whole("halvings", halvings, 0, MOST_HALVINGS), core.lib.STAGES + 1, 4))
     core.whole("k", k, 0, len(recording.states) - 2)
     struct, rule = core_recording(recording), core_sampling(sampling)
     core.lib.stage_signals(struct, rule, k, halvings, core.out(inputs))

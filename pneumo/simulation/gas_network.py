@@ -15,7 +15,6 @@ import numpy as np
 import pneumo.core as core
 from pneumo.physics.models import Lane, Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas
-from pneumo.simulation.tableau import STAGES
 
 LAMINAR = 5e-3  # 1 - P_d / P_u below which a flow is proportional to it: no step follows the bare root
 # Rate times step, for the fastest node, up to which a step is stable; the method's own limit is 3.3.
@@ -155,7 +154,7 @@ def replay(
         core.struct("Gas", gas),
         h,
         core.whole("parts", parts, 1),
-        core.out(np.empty((2 * STAGES + 1) * 3 * count + 5 * ends)),
+        core.out(np.empty((2 * core.lib.STAGES + 1) * 3 * count + 5 * ends)),
         core.out(states),
     )
     P, T, T_store = states.T.reshape(3, *V.shape)

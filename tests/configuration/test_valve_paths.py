@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from bad_input import error_of
+from readable_equations import replay_lane
 from valve_paths import BASE, CURVE, FOUR, OVERLAP, STRAIGHT, plant
 
 import pneumo
@@ -12,7 +13,6 @@ from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.schema_parts import merged
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
-from pneumo.simulation.reference import replay_lane
 from pneumo.simulation.replay import replay, replay_one_by_one
 
 BOTH = CURVE | {"exhaust_C_dm3_per_sbar": [1] * 7}

@@ -10,8 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from paper_study import STUDY, lasting
+from readable_equations import (
+    A,
+    B,
+    E,
+    chamber_rates,
+    dormand_prince,
+    full_order_rates,
+    full_order_step,
+)
 
 import pneumo.core as core
+from pneumo import ekf
 from pneumo.configuration.experiment import Drive, Plant
 from pneumo.configuration.sampling import INTERPOLATED, Sampling
 from pneumo.physics.cylinder import Cylinder, acceleration, chamber_of, sign_of
@@ -20,19 +30,11 @@ from pneumo.physics.valve import Conditions, Gas, Valve
 from pneumo.simulation import polynomials
 from pneumo.simulation.fitted_pressures import pressures_of_sets
 from pneumo.simulation.full_order import STEP_TOLERANCE, equilibrium, record, run, stage_signals
-from pneumo.simulation.kalman_filter import FilterModel, Noise, estimated
-from pneumo.simulation.reference import (
-    chamber_rates,
-    dormand_prince,
-    full_order_rates,
-    full_order_step,
-)
 from pneumo.simulation.replay import replay_one_by_one
-from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
 from pneumo.testing import plants
 
 EPS = np.finfo(float).eps
-TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Sampling, Lane, Noise)
+TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Sampling, Lane)
 HEADER = Path(core.__file__).with_name("maths.h").read_text(encoding="utf-8")
 
 
@@ -205,7 +207,7 @@ def test_a_run_halves_the_steps_whose_error_is_too_large_on_its_own_scale_and_no
 
         end, stages = dormand_prince(rates, state, r.h)
         K = np.array([rates(y, 0) for y in [*stages, end]])
-        error = abs(r.h * EMBEDDED_DIFFERENCE @ K) / scale
+        error = abs(r.h * E @ K) / scale
         largest[k] = error.max() if np.isfinite(error).all() and (end[2:] > 0).all() else np.inf
     clear, halved = abs(largest / 1e-4 - 1) > 1e-6, r.halvings > 0
     assert np.array_equal(halved[clear], (largest > 1e-4)[clear]) and halved.any() and not halved.all()
@@ -214,7 +216,7 @@ def test_a_run_halves_the_steps_whose_error_is_too_large_on_its_own_scale_and_no
 def test_a_full_order_is_halved_for_its_temperature_too():
     r = coarse_run()
     found = replay_one_by_one(r, LANES[1:], INTERPOLATED).pressure[0]
-    A, b, c = DORMAND_PRINCE.A, DORMAND_PRINCE.b, r.plant.conditions
+    c = r.plant.conditions
     for_temperature = 0
     for side in range(2):
         sign, chamber = sign_of(side), chamber_of(r.plant.cylinder, side)
@@ -225,11 +227,11 @@ def test_a_full_order_is_halved_for_its_temperature_too():
                 for inputs in stage_signals(r, INTERPOLATED, k, halvings):
                     h, K = r.h / 2**halvings, np.zeros((7, 2))
                     for i in range(7):
-                        at = now + h * (A[i] @ K[:6] if i < 6 else b @ K[:6])
+                        at = now + h * (A[i] @ K[:6] if i < 6 else B @ K[:6])
                         u, x, v = sign * inputs[i][:3]
                         K[i] = chamber_rates(u, x, v, *at, chamber, r.plant)
-                    now = now + h * b @ K[:6]
-                    errors = np.maximum(errors, abs(h * EMBEDDED_DIFFERENCE @ K) / (c.P_0, c.T_0))
+                    now = now + h * B @ K[:6]
+                    errors = np.maximum(errors, abs(h * E @ K) / (c.P_0, c.T_0))
                 if (errors <= 1e-4).all():
                     break
                 for_temperature += errors[0] <= 1e-4
@@ -238,24 +240,24 @@ def test_a_full_order_is_halved_for_its_temperature_too():
     assert for_temperature
 
 
-def filtered(x, P, u, model, plant, noise, h):
+def filtered(x, P, u, row, plant, force_noise, pressure_noise, x_deviation, pressure_deviation, h):
     """Estimates and variances of every sample by the filter written with matrices; k_0 is a state."""
-    c, cylinder, full = plant.conditions, plant.cylinder, model.lane.full
+    c, cylinder, full = plant.conditions, plant.cylinder, row.full
     steps = np.array([1e-4 * cylinder.stroke, 1e-2, *[1e-3 * c.P_0] * 2, *[0.1] * 2, 1e-3])
     size = np.array([np.inf, np.inf, c.P_0, c.P_0, c.T_0, c.T_0, np.inf])
     used = np.array([1, 1, 1, 1, full, full, 1], bool)
-    measured = [(0, x, noise.x_variance), *((2 + i, P[:, i], noise.pressure_variance) for i in range(2))]
-    T_noise = noise.pressure * c.T_0 / c.P_0
-    Q = h * np.diag([0, noise.force / cylinder.M, *[noise.pressure] * 2, *[T_noise] * 2, 0.01]) ** 2
+    measured = [(0, x, x_deviation**2), *((2 + i, P[:, i], pressure_deviation**2) for i in range(2))]
+    T_noise = pressure_noise * c.T_0 / c.P_0
+    Q = h * np.diag([0, force_noise / cylinder.M, *[pressure_noise] * 2, *[T_noise] * 2, 0.01]) ** 2
     low = np.array([-np.inf, -np.inf, *[c.P_atm / 2] * 2, *[c.T_0 / 2] * 2, -math.log(10)])
     high = np.array([np.inf, np.inf, *[2 * c.P_s] * 2, *[2 * c.T_0] * 2, math.log(10)])
     y = np.array([x[0], 0.0, *P[0], c.T_0, c.T_0, 0.0])
-    S = np.diag([noise.x_variance, 1e-6, *[2e4**2] * 2, *[25.0] * 2, math.log(2.7) ** 2])
+    S = np.diag([x_deviation**2, 1e-6, *[2e4**2] * 2, *[25.0] * 2, math.log(2.7) ** 2])
     S[~used] = S[:, ~used] = Q[~used] = Q[:, ~used] = 0
     estimates, variances = np.empty((len(x), 7)), np.empty((len(x), 7))
 
     def rates(y, k):
-        lane = model.lane._replace(wall_scale=model.lane.wall_scale * math.exp(y[6]))
+        lane = row._replace(wall_scale=row.wall_scale * math.exp(y[6]))
         moved, sides = acceleration(y[1], y[2], y[3], 0.0, cylinder), []
         for side in range(2):
             sign, chamber = sign_of(side), chamber_of(cylinder, side)
@@ -292,19 +294,25 @@ def filtered(x, P, u, model, plant, noise, h):
     return estimates, variances
 
 
-@pytest.mark.parametrize("row", [lane(MODELS["M8"], 1.2, 1.4), full_order_lane(1.4, 0.5)], ids=["M8", "full"])
-def test_the_filter_is_that_of_the_readable_equations(row):
+@pytest.mark.parametrize(
+    ("model", "n", "row"),
+    [("M8", 1.2, lane(MODELS["M8"], 1.2, 1.4)), ("full", None, full_order_lane(1.4))],
+    ids=["M8", "full"],
+)
+def test_the_filter_is_that_of_the_readable_equations(model, n, row):
     e = lasting("E06", 0.05)
-    r, noise, samples = record(e), Noise(1.0, 1e4, 1e-8, 1e6), 50
+    r, samples = record(e), 50
+    noise = {"force_noise": 1.0, "pressure_noise": 1e4, "x_deviation": 1e-4, "pressure_deviation": 1e3}
     x, P, u = r.states[:samples, 0], r.states[:samples, [2, 4]].copy(), np.clip(r.u[:samples], -10, 10)
     P[10:] = np.nan
-    model = FilterModel(True, row)
-    estimates, variances = estimated(x, P, u, P[0], model, e.plant, noise, e.h)
-    plain, plain_variances = filtered(x, P, u, model, e.plant, noise, e.h)
-    # Derivatives are differences over 1e-3 of P_0 or 1e-4 of the stroke: they lose up to four digits.
-    np.testing.assert_allclose(estimates, plain, rtol=1e-8, atol=1e-11)
+    given = {"u": u, "x": x, "P_A": P[:, 0], "P_B": P[:, 1]}
+    seen = ekf(model, n, e.plant, e.h, **given, estimate_k_0=True, first=tuple(P[0]), **noise)
+    plain, plain_variances = filtered(x, P, u, row, e.plant, h=e.h, **noise)
     used = plain_variances[0] > 0
-    np.testing.assert_allclose(variances[:, used], plain_variances[:, used], rtol=1e-6)
+    estimates = np.column_stack([*seen[1:7], np.log(seen.k_0 / e.plant.k_0)])
+    # Derivatives are differences over 1e-3 of P_0 or 1e-4 of the stroke: they lose up to four digits.
+    np.testing.assert_allclose(estimates[:, used], plain[:, used], rtol=1e-8, atol=1e-11)
+    np.testing.assert_allclose(seen.deviation[:, used] ** 2, plain_variances[:, used], rtol=1e-6)
 
 
 def test_the_tolerance_of_a_step_is_the_headers():

@@ -7,6 +7,7 @@ import pytest
 from brief import in_brief
 from exported_c import C_COMPILER, CompiledModel, run_test_program
 from plain_rates import EVERY, OWN
+from readable_equations import full_order_rates
 from scipy.integrate import solve_ivp
 
 from pneumo import MODELS
@@ -14,7 +15,6 @@ from pneumo.configuration.experiment import Drive
 from pneumo.equations.system import rates, system
 from pneumo.export import exported
 from pneumo.export.known_steps import scale
-from pneumo.simulation.reference import full_order_rates
 
 N, H = 1.35, 1e-3
 BRIEF = [MODELS["M1"], MODELS["M8"], OWN, "full"]

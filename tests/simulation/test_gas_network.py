@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY
+from readable_equations import chamber_rates
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 from scipy.linalg import expm
 
@@ -13,7 +14,6 @@ from pneumo.physics.cylinder import Side, chamber_of, heat_area
 from pneumo.physics.models import MODELS, full_order_lane
 from pneumo.physics.valve import choked_flow, exact_gas, mass_flow
 from pneumo.simulation.gas_network import LAMINAR, Link, Node, fastest_rate, law, replay
-from pneumo.simulation.reference import chamber_rates
 
 AIR = exact_gas(287.05, 1.4)
 H, SAMPLES = 1e-3, 200

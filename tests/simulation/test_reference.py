@@ -5,20 +5,18 @@ import pytest
 from array_equations import array_command, array_flows, array_rates, integrated
 from brief import in_brief
 from paper_study import STUDY, lasting
+from readable_equations import C, replay_lane
 
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED, Sampling
 from pneumo.physics.cylinder import Side
 from pneumo.physics.models import MODELS, Lane, full_order_lane, lane_array, model_dP_dt, temperature
 from pneumo.simulation.full_order import equilibrium, record
 from pneumo.simulation.grid import grid_lanes
-from pneumo.simulation.reference import replay_lane
 from pneumo.simulation.replay import LEFT_RANGE, NO_RUN, OK, STATUS, replay, replay_one_by_one
-from pneumo.simulation.tableau import DORMAND_PRINCE
 from pneumo.storage.grid_layout import replay_dataset
 
 LANES, INDEX = grid_lanes(STUDY.n, 1.4)
 EPS = np.finfo(float).eps
-C = DORMAND_PRINCE.c
 BOTH = [INTERPOLATED, EXACT_SAMPLING]
 both_samplings = pytest.mark.parametrize("sampling", BOTH)
 
