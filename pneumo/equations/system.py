@@ -85,8 +85,12 @@ class System(NamedTuple):
     def states(self) -> tuple[str, ...]:
         """Names of the states, in the order of `rates`."""
         chambers = (f"{name}_{side.name}" for side in Side for name in self.chamber_states)
-        openings = tuple(name.replace("u", "opening") for name in self.commands) if self.dynamics.lag else ()
-        return (*(("x", "v") if self.piston else ()), *openings, *chambers)
+        return (*(("x", "v") if self.piston else ()), *self.openings, *chambers)
+
+    @property
+    def openings(self) -> tuple[str, ...]:
+        """Names of the states of a valve with a lag."""
+        return tuple(name.replace("u", "opening") for name in self.commands) if self.dynamics.lag else ()
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -118,9 +122,18 @@ class System(NamedTuple):
             for side in "AB"
         }
 
-    def state(self, **quantities: float) -> list[float]:
-        """State vector from one value for each of x, v, opening, P and T; P and T hold for both chambers."""
-        return [quantities[name.partition("_")[0]] for name in self.states]
+    @property
+    def at_rest(self) -> list[float]:
+        """State from which runs begin: mid-stroke, at the equilibrium pressure."""
+        c = self.plant.conditions
+        return [{"P": c.P_0, "T": c.T_0}.get(name[0], 0.0) for name in self.states]
+
+    @property
+    def scale(self) -> list[float]:
+        """Typical magnitude of each state."""
+        c, valve = self.plant.conditions, self.plant.valve
+        sizes = {"x": self.plant.cylinder.stroke, "v": 1.0, "o": valve.u_max, "P": c.P_atm, "T": c.T_0}
+        return [sizes[name[0]] for name in self.states]
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -168,7 +181,7 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
         _solve(piston_equations(system.plant), known)
         result += [known["dx_dt"], known["dv_dt"]]
     of_chambers = [rate for side in Side for rate in chamber_rates(system, side, known)]
-    result += [known[f"d{name}_dt"] for name in system.states if name.startswith("opening")]
+    result += [known[f"d{name}_dt"] for name in system.openings]
     return result + of_chambers
 
 

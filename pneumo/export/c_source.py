@@ -15,7 +15,7 @@ from pneumo.equations.equation_list import Statement, with_tangents
 from pneumo.equations.substep import LENGTHS, STAGE
 from pneumo.equations.system import System
 from pneumo.errors import InputError
-from pneumo.export.known_steps import known_steps, scale
+from pneumo.export.known_steps import known_steps
 from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, STEPS, ObserverNoise
 from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
 from pneumo.physics.cylinder import Side
@@ -127,7 +127,7 @@ def c99(
         "constants": parts.constants,
         "inputs": system.inputs,
         "states": system.states,
-        "openings": [name for name in system.states if name.startswith("opening")],
+        "openings": system.openings,
         "own_flows": system.flow_inputs,
         "own_inputs": [*system.flow_inputs, "x", "v"],
         "own_states": list(system.chamber_states),
@@ -155,7 +155,7 @@ def c99(
         "chamber_changes": "",
         "piston_changes": "",
         "vectors": _vectors(system, suffix),
-        "scale": "{" + _listed(scale(system), suffix) + "}",
+        "scale": "{" + _listed(system.scale, suffix) + "}",
         "tolerance": TOLERANCE[precision],
     }
     if derivatives:

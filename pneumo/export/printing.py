@@ -59,7 +59,6 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
     """
     plant, dynamics, n = symbols_of(system.plant), symbols_of_valve(system.dynamics), Symbol("n", real=True)
     flows = {outer for side in Side for _, outer in system.flows(side).values()}
-    openings = [name for name in system.states if name.startswith("opening")]
 
     def of_valve(wanted: Iterable[str], substep: bool = False) -> list[Statement]:
         if not system.valve:
@@ -73,7 +72,7 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
         return statements(equations, {pattern.format(name) for name in system.chamber_states})
 
     substep = Substep(
-        of_valve([*flows, *(f"{name}_after" for name in openings)], substep=True),
+        of_valve([*flows, *(f"{name}_after" for name in system.openings)], substep=True),
         of_piston(piston_before, "x_after", "s_part", "stop", "F_before", "v_free"),
         of_chamber(chamber_substep(system.model, n, plant, system.valve), "{}_after"),
         of_piston(piston_after, "v_after"),
@@ -81,7 +80,7 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
         statements(chamber_pace(plant, system.valve), {"pace"}),
     )
     parts = (
-        of_valve([*flows, *(f"d{name}_dt" for name in openings)]),
+        of_valve([*flows, *(f"d{name}_dt" for name in system.openings)]),
         of_chamber(chamber_equations(system.model, n, plant, system.valve), "d{}_dt"),
         of_piston(piston_equations, "dx_dt", "dv_dt"),
         of_piston(stop_equations, "x_after", "v_after"),

@@ -12,7 +12,6 @@ import pneumo
 from pneumo.equations.system import FULL_ORDER, system
 from pneumo.errors import InputError
 from pneumo.export import exported
-from pneumo.export.known_steps import scale
 from pneumo.export.observer_noise import SENSORS, observer_noise
 
 N, H = 1.35, 1e-3
@@ -58,7 +57,7 @@ def expected(model, plant, sensors, count):
 def farthest(estimates, variances, model, plant, sensors):
     """Largest differences from Python: of an estimate over the state's scale, and relative of a variance."""
     right, right_variances = expected(model, plant, sensors, len(estimates))
-    size = scale(system(model, N, plant, piston=True))
+    size = system(model, N, plant, piston=True).scale
     return np.abs((estimates - right) / size).max(), np.abs(variances / right_variances - 1).max()
 
 
