@@ -19,7 +19,8 @@ from pneumo.physics.symbols import SYMBOLS
 from pneumo.publish.figures.run_figure import pressure_figure, run_figure
 from pneumo.publish.text.formatting import preformatted
 from pneumo.selection.plants import check_positive
-from pneumo.simulation.full_order import STATE, Recording, command_series, run, supplied_mass
+from pneumo.simulation.excitation import command as command_of
+from pneumo.simulation.full_order import STATE, Recording, run, supplied_mass
 from pneumo.simulation.replay import STATUS
 from pneumo.simulation.replay import replay as replay_lanes
 
@@ -303,7 +304,7 @@ def simulate(
     else:
         raise InputError("command, reference: give exactly one")
     states, signal, halvings = run(y_0, signal, 0.0, drive, plant, float(h), MOST_HALVINGS, u_B)
-    u = command_series(states, signal, drive)
+    u = command_of(signal, states[:, 0], drive)
     recording = Recording(
         states=states,
         reference=signal,

@@ -16,7 +16,6 @@ from pneumo.physics.cylinder import (
 from pneumo.physics.models import full_order_lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulation.excitation import command
-from pneumo.simulation.full_order import stage_signals
 
 # Dormand and Prince's method: stage coefficients, weights, nodes, and fifth-order minus fourth-order weights.
 A, B, C, E = np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B, RK45.C, -RK45.E
@@ -80,18 +79,28 @@ def full_order_step(y, reference, drive, plant, h, force=0.0):
     return after
 
 
-def replay_lane(recording, lane, sampling, side):
+def stage_signals(recording, k, halvings):
+    """Limited u, x, v and chamber B's own u at the stages of each part of step k, and at its end."""
+    plant, drive, h = recording.plant, recording.drive, recording.h / 2**halvings
+    y, reference = recording.states[k], recording.reference[k]
+    for _ in range(2**halvings):
+        end, stages = dormand_prince(lambda y, _: full_order_rates(y, reference, drive, plant), y, h)
+        u = [limited(command(reference, stage[0], drive), plant.valve.u_max) for stage in [*stages, end]]
+        yield [(now, *stage[:2], -now) for now, stage in zip(u, [*stages, end], strict=True)]
+        y = full_order_step(y, reference, drive, plant, h)
+
+
+def replay_lane(recording, lane, side):
     """Pressure of one chamber by a lane at every step of a run, Pa; NaN from where it is not positive.
 
-    A reduced model starts at P_0, the full order at the run's own state. Steps are divided as the run's were.
+    Signals are exact, steps are divided as the run's were, and the first state is the run's.
     """
-    plant, c, sign = recording.plant, recording.plant.conditions, side.sign
+    plant, sign = recording.plant, side.sign
     chamber, pressure = chamber_of(plant.cylinder, side), np.full(len(recording.states), np.nan)
-    y = recording.states[0, 2 + 2 * side :][:2] if lane.full else np.array([c.P_0, c.T_0])
+    y = recording.states[0, 2 + 2 * side :][:2]
     pressure[0] = y[0]
-    for k in range(len(recording.states) - 1):
-        halvings = int(recording.halvings[k]) if sampling.exact else 0
-        for inputs in stage_signals(recording, sampling, k, halvings):
+    for k, halvings in enumerate(recording.halvings.tolist()):
+        for inputs in stage_signals(recording, k, halvings):
 
             def rates(y, i, inputs=inputs):
                 u, x, v, u_B = inputs[i]

@@ -18,6 +18,7 @@ from pneumo.errors import InputError
 from pneumo.export.known_steps import known_steps
 from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, STEPS, ObserverNoise
 from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
+from pneumo.linear.observer import FIRST_PRESSURE
 from pneumo.physics.cylinder import Side
 
 KEYWORDS = ("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
@@ -167,21 +168,15 @@ def c99(
         }
         known |= {key: _body(changed, precision, printer) for key, changed in changes.items()}
     if noise:
-        known |= _observer(system, noise, precision)
+        known |= {
+            "steps": {name: digits(value) + suffix for name, value in STEPS.items()},
+            "first": {name: digits(value) + suffix for name, value in FIRST_VARIANCES.items()},
+            "temperature": "T" in system.chamber_states,
+            "places": [f"{system.name}_{name}" for name in noise.readings],
+            "first_pressure": f"{FIRST_PRESSURE:g}",
+        }
     templates = {"source": "model.c.j2", "header": "model.h.j2", "test": "test.c.j2"}
     return {names[key]: TEMPLATES.get_template(name).render(known) for key, name in templates.items()}
-
-
-def _observer(system: System, noise: ObserverNoise, precision: str) -> dict[str, Any]:
-    """Values that the templates need for an observer."""
-    suffix = "f" if precision == "float" else ""
-    return {
-        "steps": {name: digits(value) + suffix for name, value in STEPS.items()},
-        "first": {name: digits(value) + suffix for name, value in FIRST_VARIANCES.items()},
-        "temperature": "T" in system.chamber_states,
-        "places": [f"{system.name}_{name}" for name in noise.readings],
-        "first_pressure": f"{FIRST_VARIANCES['P'] ** 0.5:g}",
-    }
 
 
 def _vectors(system: System, suffix: str) -> list[dict[str, str]]:

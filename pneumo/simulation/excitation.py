@@ -97,14 +97,11 @@ def reversed_late(u: np.ndarray, draws: np.ndarray, late: float) -> np.ndarray:
     return draws * ((1 - late) * sign + late * before)
 
 
-def command(reference: float, x: float, drive: Drive) -> float:
-    """Command to the valve before its limiter, V: Figs 4 and 5."""
+def command(reference: np.ndarray, x: np.ndarray, drive: Drive) -> np.ndarray:
+    """Command to the valve before its limiter, V: Figs 4 and 5. Floats will do as well."""
     if drive.closed_loop:
         return drive.k_p * (reference - x)
     if not drive.each_stage:
         return reference  # reversed, if at all, for the whole step
-    if x >= drive.x_reverse:
-        return -abs(reference)
-    if x <= -drive.x_reverse:
-        return abs(reference)
-    return reference
+    forced = np.abs(x) >= drive.x_reverse
+    return np.where(forced, -np.sign(x) * np.abs(reference), reference)

@@ -141,9 +141,9 @@ def replay(
             core.whole("end of a link", end, 0, ends - 1)
     states = np.full((samples, 3 * count), np.nan)
     core.lib.replay_network(
-        core.array("nodes", rows, (count, len(Lane._fields) + len(Node._fields) - 1)),
+        core.rows("nodes", rows, "Node", len(Lane._fields) + len(Node._fields) - 1),
         count,
-        core.array("links", np.array(links, dtype=float).reshape(len(links), 4), (None, 4)),
+        core.rows("links", np.array(links, dtype=float).reshape(len(links), 4), "Link", 4),
         len(links),
         core.array("surroundings", np.array(surroundings, dtype=float).reshape(-1, 2), (None, 2)),
         len(surroundings),

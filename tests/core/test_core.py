@@ -13,6 +13,7 @@ from paper_study import STUDY, lasting
 from readable_equations import (
     A,
     B,
+    C,
     E,
     chamber_rates,
     dormand_prince,
@@ -29,7 +30,7 @@ from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_arra
 from pneumo.physics.valve import Conditions, Gas, Valve
 from pneumo.simulation import polynomials
 from pneumo.simulation.fitted_pressures import pressures_of_sets
-from pneumo.simulation.full_order import STEP_TOLERANCE, equilibrium, record, run, stage_signals
+from pneumo.simulation.full_order import STEP_TOLERANCE, equilibrium, record, run
 from pneumo.simulation.replay import replay_one_by_one
 from pneumo.testing import plants
 
@@ -135,8 +136,8 @@ UNREADABLE = [
         )
     ),
     *((replay_one_by_one, SHORT, lanes, INTERPOLATED) for lanes in (LANES[:, :9], LANES[0], LANES.T)),
-    (stage_signals, SHORT, Sampling(every=0), 0),
-    (stage_signals, SHORT, Sampling(delay=(np.nan, 0.0, 0.0)), 0),
+    (replay_one_by_one, SHORT, LANES, Sampling(every=0)),
+    (replay_one_by_one, SHORT, LANES, Sampling(delay=(np.nan, 0.0, 0.0))),
     (pressures_of_sets, *sets(core.lib.ROW + 1)),
 ]
 
@@ -217,18 +218,23 @@ def test_a_full_order_is_halved_for_its_temperature_too():
     r = coarse_run()
     found = replay_one_by_one(r, LANES[1:], INTERPOLATED).pressure[0]
     c = r.plant.conditions
-    for_temperature = 0
+    for_temperature, nodes, steps = 0, [*C, 1.0], np.arange(len(r.states))
+
+    def signals(at):
+        u, x, v = (np.interp(at, steps, series) for series in (r.u, *r.states[:, :2].T))
+        return np.array([np.clip(u, -r.plant.valve.u_max, r.plant.valve.u_max), x, v])
+
     for side in range(2):
         sign, chamber = sign_of(side), chamber_of(r.plant.cylinder, side)
         y = r.states[0, 2 + 2 * side :][:2].copy()
         for k in range(len(r.halvings)):
             for halvings in range(r.most_halvings + 1):
                 now, errors = y.copy(), np.zeros(2)
-                for inputs in stage_signals(r, INTERPOLATED, k, halvings):
+                for part in range(2**halvings):
                     h, K = r.h / 2**halvings, np.zeros((7, 2))
                     for i in range(7):
                         at = now + h * (A[i] @ K[:6] if i < 6 else B @ K[:6])
-                        u, x, v = sign * inputs[i][:3]
+                        u, x, v = sign * signals(k + (part + nodes[i]) / 2**halvings)
                         K[i] = chamber_rates(u, x, v, *at, chamber, r.plant)
                     now = now + h * B @ K[:6]
                     errors = np.maximum(errors, abs(h * E @ K) / (c.P_0, c.T_0))

@@ -13,12 +13,11 @@ from readable_equations import A, B, full_order_step
 from scipy.integrate import solve_ivp
 
 from pneumo import testing as some
-from pneumo.simulation.excitation import command, reference_series, reversed_at
+from pneumo.simulation.excitation import reference_series, reversed_at
 from pneumo.simulation.full_order import (
     DIVERGED,
     NOT_POSITIVE,
     RAN,
-    command_series,
     equilibrium,
     failure,
     record,
@@ -180,8 +179,6 @@ def test_compiled_run_equals_the_python_that_one_reads(name):
         now, sign = reversed_at(y[0], reference[k], sign, e.drive)
         y = full_order_step(y, now, e.drive, e.plant, e.h)
         assert abs((compiled[k + 1] - y) / scale_of(e)).max() < 4e-12
-    series = command_series(compiled, reference, e.drive)
-    assert series.tolist() == [command(r, x, e.drive) for r, x in zip(reference, compiled[:, 0], strict=True)]
 
 
 @pytest.mark.parametrize("name", ["E01", "E11"])
