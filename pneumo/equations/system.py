@@ -122,18 +122,21 @@ class System(NamedTuple):
             for side in "AB"
         }
 
+    def state(self, **quantities: float) -> list[float]:
+        """State vector from one value for each of x, v, opening, P and T; P and T hold for both chambers."""
+        return [quantities[name.partition("_")[0]] for name in self.states]
+
     @property
     def at_rest(self) -> list[float]:
         """State from which runs begin: mid-stroke, at the equilibrium pressure."""
         c = self.plant.conditions
-        return [{"P": c.P_0, "T": c.T_0}.get(name[0], 0.0) for name in self.states]
+        return self.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
 
     @property
     def scale(self) -> list[float]:
         """Typical magnitude of each state."""
-        c, valve = self.plant.conditions, self.plant.valve
-        sizes = {"x": self.plant.cylinder.stroke, "v": 1.0, "o": valve.u_max, "P": c.P_atm, "T": c.T_0}
-        return [sizes[name[0]] for name in self.states]
+        c, stroke = self.plant.conditions, self.plant.cylinder.stroke
+        return self.state(x=stroke, v=1.0, opening=self.plant.valve.u_max, P=c.P_atm, T=c.T_0)
 
     @property
     def inputs(self) -> tuple[str, ...]:
