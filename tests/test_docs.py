@@ -18,9 +18,9 @@ from workflow_scripts import script
 
 import pneumo
 from paper.study.paper_2006.paper import PAPER_2006
+from paper.study.samplings import STUDY_SAMPLINGS
 from pneumo.cli import commands as cli
 from pneumo.configuration.parameters import load, study
-from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.storage.checksums import write_sums
 from pneumo.verdict.errata import read_errata
 

@@ -283,57 +283,60 @@ def with_tangents(given: list[Statement], moving: set[str]) -> list[Statement]:
     return result
 
 
+CONSTANTS = {  # unit and meaning of each number, in the order of exports
+    "R": ("J/(kg K)", "gas constant"),
+    "gamma_": ("1", "ratio of specific heats"),
+    "sonic_coefficient": ("s K^0.5/m", "eq (1)"),
+    "critical_ratio": ("1", "P_d/P_u at which flow becomes sonic, eq (1)"),
+    "k_xu": ("m^2/V", "valve area per volt, eq (2)"),
+    "laminar": ("1", "1 - P_d/P_u below which flow is proportional to it"),
+    "exhaust": ("1", "area to the atmosphere over area from the supply"),
+    "leak": ("m^2", "area that stays open to either port"),
+    "u_max": ("V", "limit of the command"),
+    "valve_lag": ("s", "time constant of the valve's lag"),
+    "valve_null": ("V", "command at which the valve is shut"),
+    "valve_dead_band": ("V", "to either side, where it stays shut"),
+    "P_s": ("Pa", "supply"),
+    "P_atm": ("Pa", "atmosphere"),
+    "T_in": ("K", "incoming air"),
+    "T_amb": ("K", "walls"),
+    "P_0": ("Pa", "equilibrium"),
+    "T_0": ("K", "equilibrium"),
+    "bore": ("m", "diameter phi"),
+    "stroke": ("m", "stroke l"),
+    "V_d_A": ("m^3", "dead volume, chamber A"),
+    "V_d_B": ("m^3", "dead volume, chamber B"),
+    "A_A": ("m^2", "piston area, chamber A"),
+    "A_B": ("m^2", "piston area, chamber B"),
+    "M": ("kg", "moving mass with load"),
+    "k_f": ("N s/m", "viscous friction"),
+    "x_min": ("m", "end stop where chamber A is smallest"),
+    "x_max": ("m", "end stop where chamber B is smallest"),
+    "load": ("N", "constant force towards a larger chamber A"),
+    "coulomb": ("N", "Coulomb friction"),
+    "k_0": ("W/K", "thermal conductance of the wall at equilibrium, eq (12)"),
+    "n": ("1", "polytropic index"),
+}
+
+
 def constants(plant: Plant, n: float, dynamics: ValveDynamics = PROPORTIONAL) -> list[Constant]:
     """All numbers of a plant and its valve's dynamics, and the polytropic index n, as named constants."""
-    gas, valve, c, cylinder, k_0 = plant
-    paths = valve.paths
-    numbered = [Constant(f"knot_{i}", u, "V", "own command of a chamber") for i, u in enumerate(paths.u, 1)]
-    for path, where, table in (
-        ("inlet", "from the supply", paths.supply),
-        ("outlet", "to the atmosphere", paths.exhaust),
-    ):
+    paths = plant.valve.paths
+    values = plant.valve._asdict() | plant.conditions._asdict() | plant.cylinder._asdict()
+    values |= plant.gas._asdict() | {"gamma_": plant.gas.gamma, "k_0": plant.k_0, "n": n}
+    values |= {f"valve_{name}": value for name, value in dynamics._asdict().items()}
+    result = [Constant(name, values[name], *of) for name, of in CONSTANTS.items()]
+    result += [Constant(f"knot_{i}", u, "V", "own command of a chamber") for i, u in enumerate(paths.u, 1)]
+    where = {"inlet": ("from the supply", paths.supply), "outlet": ("to the atmosphere", paths.exhaust)}
+    for path, (to, table) in where.items():
         for side, openings in zip("AB", table, strict=bool(table)):
-            numbered += [
-                Constant(f"{path}_{side}_{i}", opening, "V", f"opening {where} at knot {i}, chamber {side}")
+            result += [
+                Constant(f"{path}_{side}_{i}", opening, "V", f"opening {to} at knot {i}, chamber {side}")
                 for i, opening in enumerate(openings, 1)
             ]
     for side, ratios in zip("AB", paths.b, strict=bool(paths.b)):
-        numbered += [
+        result += [
             Constant(f"b_{path}_{side}", b, "1", f"critical ratio, {path} of chamber {side}")
             for path, b in zip(PATHS, ratios, strict=True)
         ]
-    return [
-        Constant("R", gas.R, "J/(kg K)", "gas constant"),
-        Constant("gamma_", gas.gamma, "1", "ratio of specific heats"),
-        Constant("sonic_coefficient", gas.sonic_coefficient, "s K^0.5/m", "eq (1)"),
-        Constant("critical_ratio", gas.critical_ratio, "1", "P_d/P_u at which flow becomes sonic, eq (1)"),
-        Constant("k_xu", valve.k_xu, "m^2/V", "valve area per volt, eq (2)"),
-        Constant("laminar", valve.laminar, "1", "1 - P_d/P_u below which flow is proportional to it"),
-        Constant("exhaust", valve.exhaust, "1", "area to the atmosphere over area from the supply"),
-        Constant("leak", valve.leak, "m^2", "area that stays open to either port"),
-        Constant("u_max", valve.u_max, "V", "limit of the command"),
-        Constant("valve_lag", dynamics.lag, "s", "time constant of the valve's lag"),
-        Constant("valve_null", dynamics.null, "V", "command at which the valve is shut"),
-        Constant("valve_dead_band", dynamics.dead_band, "V", "to either side, where it stays shut"),
-        Constant("P_s", c.P_s, "Pa", "supply"),
-        Constant("P_atm", c.P_atm, "Pa", "atmosphere"),
-        Constant("T_in", c.T_in, "K", "incoming air"),
-        Constant("T_amb", c.T_amb, "K", "walls"),
-        Constant("P_0", c.P_0, "Pa", "equilibrium"),
-        Constant("T_0", c.T_0, "K", "equilibrium"),
-        Constant("bore", cylinder.bore, "m", "diameter phi"),
-        Constant("stroke", cylinder.stroke, "m", "stroke l"),
-        Constant("V_d_A", cylinder.V_d_A, "m^3", "dead volume, chamber A"),
-        Constant("V_d_B", cylinder.V_d_B, "m^3", "dead volume, chamber B"),
-        Constant("A_A", cylinder.A_A, "m^2", "piston area, chamber A"),
-        Constant("A_B", cylinder.A_B, "m^2", "piston area, chamber B"),
-        Constant("M", cylinder.M, "kg", "moving mass with load"),
-        Constant("k_f", cylinder.k_f, "N s/m", "viscous friction"),
-        Constant("x_min", cylinder.x_min, "m", "end stop where chamber A is smallest"),
-        Constant("x_max", cylinder.x_max, "m", "end stop where chamber B is smallest"),
-        Constant("load", cylinder.load, "N", "constant force towards a larger chamber A"),
-        Constant("coulomb", cylinder.coulomb, "N", "Coulomb friction"),
-        Constant("k_0", k_0, "W/K", "thermal conductance of the wall at equilibrium, eq (12)"),
-        Constant("n", n, "1", "polytropic index"),
-        *numbered,
-    ]
+    return result

@@ -6,7 +6,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from sympy.codegen.ast import float32, real
 from sympy.printing.c import C99CodePrinter
 
@@ -17,7 +16,7 @@ from pneumo.equations.system import System
 from pneumo.errors import InputError
 from pneumo.export.known_steps import known_steps
 from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, STEPS, ObserverNoise
-from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
+from pneumo.export.printing import TEMPLATES, Printed, assignments, block, digits, heading, printed
 from pneumo.linear.observer import FIRST_PRESSURE
 from pneumo.physics.cylinder import Side
 
@@ -27,14 +26,6 @@ TOLERANCE = {  # of the test program, relative
     "double": 1e-12,  # some hundred roundings of 1.1e-16
     "float": 1e-4,  # the same of 6e-8, and rates that cancel
 }
-TEMPLATES = Environment(
-    loader=PackageLoader("pneumo.export"),
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-    keep_trailing_newline=True,
-    autoescape=False,
-)
 
 
 class _C(C99CodePrinter):

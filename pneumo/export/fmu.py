@@ -17,8 +17,8 @@ from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Constant
 from pneumo.equations.system import System, quantity, rate_unit
 from pneumo.errors import InputError
-from pneumo.export.c_source import TEMPLATES, Kink, c99, compiled, printer_of
-from pneumo.export.printing import Printed, digits, heading, printed, validity
+from pneumo.export.c_source import Kink, c99, compiled, printer_of
+from pneumo.export.printing import TEMPLATES, Printed, digits, heading, printed, validity
 from pneumo.physics.cylinder import Side
 
 COMPILER = "gcc"

@@ -9,8 +9,7 @@ from sympy.printing.pycode import PythonCodePrinter
 from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Statement, names_in
 from pneumo.equations.system import System
-from pneumo.export.c_source import TEMPLATES
-from pneumo.export.printing import assignments, digits, heading, indented, printed
+from pneumo.export.printing import TEMPLATES, assignments, digits, heading, indented, printed
 from pneumo.physics.cylinder import Side
 
 MATLAB_KEYWORDS = ("if {}", "elseif {}", "else", "end")

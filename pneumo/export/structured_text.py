@@ -10,9 +10,8 @@ from importlib.metadata import version
 from pneumo.equations.substep import LENGTHS, STAGE
 from pneumo.equations.system import System
 from pneumo.errors import InputError
-from pneumo.export.c_source import TEMPLATES
 from pneumo.export.known_steps import known_steps
-from pneumo.export.printing import heading, printed
+from pneumo.export.printing import TEMPLATES, heading, printed
 from pneumo.export.st_parts import (
     OF_CHAMBER,
     OF_CONSTANTS,

@@ -16,11 +16,11 @@ from typer.testing import CliRunner
 
 from paper.study.pages.verdict_page import verdict_page
 from paper.study.paper_2006 import other_simulators as other
+from paper.study.samplings import PUBLISHED, study_sampling
 from pneumo.cli.commands import app
 from pneumo.errors import ResultError
 from pneumo.simulation.excitation import normal_deviates
 from pneumo.simulation.full_order import record
-from pneumo.simulation.signals import PUBLISHED, study_sampling
 from pneumo.storage.grid_layout import replayed_grid
 
 NAMES = ("x", "v", "P_A", "T_A", "P_B", "T_B")

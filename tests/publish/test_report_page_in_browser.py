@@ -15,12 +15,12 @@ from paper_study import STUDY as PAPER
 from paper_study import lasting
 
 from paper.study.pages.report_page import part, report_page
+from paper.study.samplings import study_sampling
 from paper.study.trace_layout import COMMON_N, interval_edges, replay_and_errors, shown_steps, traced
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import study_sampling
 from pneumo.storage.layout import datum_dataset
 
 pytestmark = pytest.mark.xdist_group("report page")  # the page takes seconds to make

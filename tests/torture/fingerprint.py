@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from paper.study.samplings import STUDY_SAMPLINGS, study_sampling
 from paper.study.settling_run import settle
 from pneumo.configuration.parameters import load, study
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import STUDY_SAMPLINGS, study_sampling
 
 ROOT = Path(__file__).parents[2]
 

@@ -11,11 +11,11 @@ import numpy as np
 import typst
 from numpy.typing import ArrayLike
 
+from paper.study.samplings import EXACT, STUDY_SAMPLINGS
 from paper.study.text.verdict_text import size_text
 from pneumo.configuration.experiment import Study
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text
-from pneumo.simulation.signals import EXACT, STUDY_SAMPLINGS
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.storage.files import atomic, read_json, read_study
 from pneumo.verdict.facts import AGREES, NOT_JUDGED, headline_text
