@@ -175,14 +175,23 @@ def supplied_mass(recording: Recording) -> np.ndarray:
     return m
 
 
-def record(experiment: Experiment) -> Recording:
-    """Run an experiment's full-order system from equilibrium and record it."""
+def recorded(experiment: Experiment, draws: np.ndarray, start: np.ndarray | None = None) -> Recording:
+    """Run an experiment's full-order system on a given reference and record it.
+
+    `draws` is the reference before any reversal, m or V, shape (steps + 1,). The run begins at the state
+    `start`, by default at equilibrium.
+    """
     drive, plant, most = experiment.drive, experiment.plant, experiment.most_halvings
-    draws = reference_series(drive, experiment.excitation, experiment.steps)
-    states, reference, halvings = run(equilibrium(plant), draws, 0.0, drive, plant, experiment.h, most)
+    y_0 = equilibrium(plant) if start is None else start
+    states, reference, halvings = run(y_0, draws, 0.0, drive, plant, experiment.h, most)
     status, step = failure(states)
     if status != RAN:
         states[step + 1 :] = np.nan
     u = command(reference, states[:, 0], drive)
     u = reversed_late(u, draws, drive.late) if drive.late else u
     return Recording(states, reference, u, drive, plant, experiment.h, halvings, most)
+
+
+def record(experiment: Experiment) -> Recording:
+    """Run an experiment's full-order system from equilibrium and record it."""
+    return recorded(experiment, reference_series(experiment.drive, experiment.excitation, experiment.steps))

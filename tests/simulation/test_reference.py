@@ -13,7 +13,7 @@ from pneumo.physics.models import MODELS, Lane, full_order_lane, lane_array, mod
 from pneumo.simulation.full_order import equilibrium, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import LEFT_RANGE, NO_RUN, OK, STATUS, replay, replay_one_by_one
-from pneumo.storage.grid_layout import replay_dataset
+from pneumo.storage.layout import replay_dataset
 
 LANES, INDEX = grid_lanes(STUDY.n, 1.4)
 EPS = np.finfo(float).eps
