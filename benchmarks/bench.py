@@ -22,10 +22,10 @@ from rich.table import Table
 from benchmarks.study_runs import run_study
 from pneumo.configuration.parameters import load, study
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED, Sampling
+from pneumo.core import lib
 from pneumo.simulation.full_order import Recording, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay, replay_one_by_one
-from pneumo.simulation.tableau import STAGES
 from pneumo.storage.files import made_with
 
 ROOT = Path(__file__).parents[1]
@@ -82,7 +82,7 @@ def compare(repeats: int, seconds: float = 1.0) -> dict[str, float]:
         for name, c in CONTENDERS.items():
             begin = time.perf_counter()
             c.replay(runs[name], lanes)
-            count = 2 * len(lanes) * STAGES * (len(runs[name].u) - 1)
+            count = 2 * len(lanes) * lib.STAGES * (len(runs[name].u) - 1)
             best[name] = min(best[name], (time.perf_counter() - begin) / count * 1e9)
     return best
 

@@ -26,12 +26,12 @@ from paper.study import PAPERS
 from paper.study.kept_evidence import KEPT
 from paper.study.pages.verdict_page import SIMULATORS
 from paper.study.paper_2006.summary import LEVELS
+from paper.study.samplings import STUDY_SAMPLINGS
 from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.export.step_cost import FILE as STEP_COST
 from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
-from pneumo.simulation.signals import STUDY_SAMPLINGS
 from pneumo.verdict.facts import headline_text
 
 RESULTS, STATIC = ROOT / "results", ROOT / "docs/static"

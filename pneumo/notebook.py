@@ -23,7 +23,7 @@ from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import uncertainties
-from pneumo.equations.chamber_rate import model_row
+from pneumo.equations.named_model import model_row
 from pneumo.errors import InputError, printable
 from pneumo.export import exported, write_files
 from pneumo.fitting.closed.closed_fit import fit_closed

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
-from pneumo.equations.chamber_rate import lane_for
+from pneumo.equations.named_model import lane_for
 from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError, RunError
 from pneumo.physics.models import Model, full_order_lane, lane_array
@@ -19,16 +19,8 @@ from pneumo.physics.symbols import SYMBOLS
 from pneumo.publish.figures.run_figure import pressure_figure, run_figure
 from pneumo.publish.text.formatting import preformatted
 from pneumo.selection.plants import check_positive
-from pneumo.simulation.full_order import (
-    RAN,
-    RUN_STATUS,
-    STATE,
-    Recording,
-    command_series,
-    failure,
-    run,
-    supplied_mass,
-)
+from pneumo.simulation.excitation import command as command_of
+from pneumo.simulation.full_order import RAN, RUN_STATUS, STATE, Recording, failure, run, supplied_mass
 from pneumo.simulation.replay import STATUS
 from pneumo.simulation.replay import replay as replay_lanes
 
@@ -317,7 +309,7 @@ def simulate(
     status, step = failure(states)
     if status != RAN:
         raise RunError(f"{RUN_STATUS[status]} at {step * h:.4g} s: check start, plant and step, {h:g} s")
-    u = command_series(states, signal, drive)
+    u = command_of(signal, states[:, 0], drive)
     recording = Recording(
         states=states,
         reference=signal,

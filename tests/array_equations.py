@@ -1,10 +1,7 @@
 """The full-order equations once more, for arrays: eqs (1) to (8) and (12) as selects; Runge-Kutta steps."""
 
 import numpy as np
-
-from pneumo.simulation.tableau import DORMAND_PRINCE
-
-A, B = DORMAND_PRINCE.A, DORMAND_PRINCE.b
+from readable_equations import A, B
 
 
 def array_flows(u, P, T, plant):

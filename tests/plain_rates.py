@@ -1,9 +1,10 @@
 """Right-hand side of a replay on floats, and the size of its terms, at what an engineer gives."""
 
+from readable_equations import lane_rate
+
 from pneumo import MODELS, Model
 from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.physics.models import lane
-from pneumo.simulation.reference import lane_rate
 
 OWN = Model("own", "n", "gamma", 1.1, "polytropic", True, "lambda_0 A_q")
 EVERY = [*MODELS.values(), OWN]

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from pneumo.configuration.experiment import Drive, Plant
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.simulation.fitted_pressures import KUTTA, pressures_of_sets
+from pneumo.simulation.fitted_pressures import NODES, pressures_of_sets
 from pneumo.simulation.full_order import equilibrium, run
 
 DEAD_FRACTION = draw.log_uniform(0.08, 0.3)  # dead volume over that of half the stroke
@@ -135,7 +135,7 @@ def reduced_pressures(
     steps = len(states) - 1
     t = TRUTH_STEP * np.arange(steps + 1)
     motion = CubicHermiteSpline(t, states[:, 0], states[:, 1])
-    at = t[:-1, None] + KUTTA.c * TRUTH_STEP
+    at = t[:-1, None] + NODES * TRUTH_STEP
     command = np.broadcast_to(np.repeat(u, steps // len(u))[:, None], at.shape)
     motions = np.stack([motion(at), motion.derivative()(at)], axis=-1)[None]
     row = lane_array([lane(MODELS[model], n, plant.gas.gamma)])

@@ -15,9 +15,9 @@ from typer.testing import CliRunner
 from workflow_scripts import script
 
 import pneumo
+from paper.study.samplings import STUDY_SAMPLINGS
 from pneumo.cli import commands as cli
 from pneumo.configuration.parameters import load, study
-from pneumo.simulation.signals import STUDY_SAMPLINGS
 from workflow.jobs.checksums import write_sums
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"

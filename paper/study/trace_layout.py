@@ -7,13 +7,13 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
+from paper.study.samplings import study_sampling
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, Replayed, replay_in_parts
-from pneumo.simulation.signals import study_sampling
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, described, experiment_labels, replay_dataset, same_at_every_n
 

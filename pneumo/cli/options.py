@@ -56,7 +56,7 @@ def output_to(what: str) -> Any:
 
 def check_index(model: str, n: float | None) -> None:
     """Raise `InputError` if a polytropic index is given for a model without one, or missing for another."""
-    from pneumo.equations.chamber_rate import N_MAX
+    from pneumo.equations.named_model import N_MAX
     from pneumo.errors import InputError
     from pneumo.physics.models import MODELS
 

@@ -16,7 +16,10 @@ typedef struct {
 typedef struct { Gas gas; Valve valve; Conditions conditions; Cylinder cylinder; double k_0; } Plant;
 typedef struct { bool closed_loop; double k_p, x_reverse; bool toggles, each_stage; double late; } Drive;
 typedef struct { bool exact, held, next_at_end; double delay[3]; int64_t every; } Sampling;
+enum { STAGES = 6 }; /* of Dormand and Prince's method */
 typedef struct { double n_V, n_in, n_out, a, mixing, flow_scale, wall_scale, e_A, e_PT, full; } Lane;
+typedef struct { Lane lane; double P, T, P_0, T_0, T_wall, k_0, k_store, c_store, k_back; } Node;
+typedef struct { double first, second, b, back; } Link;
 typedef struct { double force, pressure, x_variance, pressure_variance; } Noise;
 typedef struct { bool estimates_k_0; Lane lane; } FilterModel;
 
@@ -32,7 +35,7 @@ typedef struct {
 } Recording;
 
 /* Lanes side by side, for the vector kernels: a row holds one number of each lane. */
-enum { WIDTH = 8, ROW = 136, VOLUME_ROWS = 18 };
+enum { WIDTH = 8, ROW = 136 };
 typedef struct {
     double n_V[ROW], a_half[ROW], in[ROW], in_T[ROW], out[ROW], wall[ROW], wall_A[ROW], wall_APT[ROW];
     double p[ROW], ln_p[ROW], root_T[ROW], heat[ROW]; /* within one stage; pressures are over P_0 */
@@ -61,10 +64,8 @@ void chamber_rate(double u, double x, double v, double P, double T, int side, co
                   double *rates);
 void run(const double *y_0, double *reference, const double *u_B, int64_t steps, double force, const Drive *drive, const Plant *plant,
          double h, int most_halvings, double *states, int8_t *halvings);
-void command_series(const double *states, const double *reference, int64_t count, const Drive *drive, double *u);
 void supplied_mass(const double *states, const double *u, const double *u_B, int64_t steps, const Plant *plant, double h,
                    double *m);
-void stage_signals(const Recording *recording, const Sampling *sampling, int64_t k, int halvings, double *inputs);
 
 void replay_scalar(const Recording *recording, const Sampling *sampling, const Lane *lanes, int64_t count,
                    int64_t stride, double *y, double *moments, int64_t *failure, double *pressure);
@@ -78,7 +79,7 @@ void replay_sets(const double *u, const double *motions, int64_t n_motions, int6
 void replay_flows(const double *motion, const double *flow, int64_t steps, const Lane *lanes, int64_t count,
                   const double *V_d, int64_t stride, const Plant *plant, double h, double *pressure);
 
-void replay_network(const double *nodes, int64_t count, const double *links, int64_t n_links, const double *outside,
+void replay_network(const Node *nodes, int64_t count, const Link *links, int64_t n_links, const double *outside,
                     int64_t n_outside, const double *V, const double *areas, const double *ratios, int64_t samples,
                     const Gas *gas, double h, int64_t parts, double *work, double *states);
 void closed_chambers(const double *P, const double *measured, const bool *closed, const double *V,

@@ -115,21 +115,14 @@ INLINE void stage_rates(Lanes *W, Sets *X, int side, int stage, double u, double
     }
     if (!sh.supplied)
         for (int64_t i = 0; i < n; i++) rate[i] = W->heat[i] + X->exhaust[i] * (rate[i] - W->heat[i]);
-    if (full)
-        for (int64_t i = 0; i < n; i++) {
-            double T_now = W->root_T[i] * W->root_T[i], energy = rate[i] - W->heat[i];
-            double T_flow = energy > 0 ? X->inlet[i] : T_now;
-            rate_T[i] = X->volume_ratio[i] * energy / (gamma * T_flow) * T_now; /* p dm/dt over m */
-        }
     for (int64_t i = 0; i < n; i++) {
-        double heated = rate[i] + X->area[i] * W->heat[i];
+        double energy = rate[i] - W->heat[i], heated = rate[i] + X->area[i] * W->heat[i];
         rate[i] = X->volume_ratio[i] * heated - X->expansion[i] * (W->n_V[i] * W->p[i]);
+        if (!full) continue;
+        double T_now = W->root_T[i] * W->root_T[i], T_flow = energy > 0 ? X->inlet[i] : T_now;
+        double change = rate[i] - X->volume_ratio[i] * energy / (gamma * T_flow) * T_now; /* less p dm/dt over m */
+        rate_T[i] = T_now * (change / W->p[i] + X->expansion[i]); /* P V = m R T */
     }
-    if (full)
-        for (int64_t i = 0; i < n; i++) {
-            double T_now = W->root_T[i] * W->root_T[i], change = rate[i] - rate_T[i];
-            rate_T[i] = T_now * (change / W->p[i] + X->expansion[i]); /* P V = m R T */
-        }
 }
 
 /* Pressures, and temperatures of the full order, at the end of an explicit step, and the implicit one's weight; returns

@@ -105,16 +105,11 @@ void run(const double *y_0, double *reference, const double *u_B, int64_t steps,
     reference[steps] = reversed_at(states[6 * steps], reference[steps], &sign, drive);
 }
 
-void command_series(const double *states, const double *reference, int64_t count, const Drive *drive, double *u) {
-    for (int64_t k = 0; k < count; k++) u[k] = command(reference[k], states[6 * k], drive);
-}
-
 /* Mass from the supply into both chambers in each step. Near a port's pressure the flow jumps from stage to stage, so
    only the flow through the narrower path is taken from both ends of the step: the rest is the chamber's content. */
 void supplied_mass(const double *states, const double *u, const double *u_B, int64_t steps, const Plant *plant, double h,
                    double *m) {
     const Valve *valve = &plant->valve;
-    const Paths *paths = &valve->paths;
     const Conditions *c = &plant->conditions;
     for (int64_t k = 0; k < steps; k++) {
         const double now = limited(u[k], valve->u_max), of_B = own_command_of_B(now, u_B ? u_B + k : NULL, valve->u_max);
@@ -122,19 +117,14 @@ void supplied_mass(const double *states, const double *u, const double *u_B, int
         for (int side = 0; side < 2; side++) {
             const double own = side == 0 ? now : of_B, sign = sign_of(side);
             const Chamber chamber = chamber_of(&plant->cylinder, side);
-            double area[2] = {own > 0 ? valve->k_xu * own : 0, own < 0 ? -valve->k_xu * valve->exhaust * own : 0};
-            if (paths->knots > 0) {
-                area[0] = valve->k_xu * opening_at(own, paths->u, paths->supply[side], paths->knots);
-                area[1] = valve->k_xu * opening_at(own, paths->u, paths->exhaust[side], paths->knots);
-            }
+            const double area[2] = {path_area(own, side, 0, valve), path_area(own, side, 1, valve)};
             const int narrow = area[1] <= area[0];
+            const Gas gas = path_gas(side, narrow, plant);
             for (int end = 0; end < 2; end++) {
                 const double *y = states + 6 * (k + end), P = y[2 + 2 * side], T = y[3 + 2 * side];
                 const double content = P * volume(sign * y[0], chamber, &plant->cylinder) / (plant->gas.R * T);
                 double m_in, m_out;
-                Gas gas = plant->gas;
-                if (paths->b[side][narrow] > 0) gas.critical_ratio = paths->b[side][narrow];
-                port_flows(area[narrow] + valve->leak, narrow ? c->P_atm : c->P_s, P, T, valve, &gas, c, &m_in, &m_out);
+                port_flows(area[narrow], narrow ? c->P_atm : c->P_s, P, T, valve, &gas, c, &m_in, &m_out);
                 const double flow = (m_in - m_out) * h / 2;
                 m[k] += narrow == 0 ? flow : (end == 0 ? -content : content) - flow;
             }
@@ -180,27 +170,15 @@ void stage_inputs(const Recording *r, const Sampling *sampling, int64_t k, int p
     const double *series[4] = {r->u, r->states, r->states + 1, r->u_B};
     const int64_t width[4] = {1, 6, 6, 1}, every = sampling->every, last = r->steps / every;
     for (int i = 0; i <= STAGES; i++) {
-        double fraction = (part + C[i]) / parts;
-        int64_t sample = (sampling->next_at_end && fraction == 1 ? k + 1 : k) / every;
+        const double fraction = (part + C[i]) / parts, position = ((double)k + fraction) / (double)every;
+        const int64_t sample = (sampling->next_at_end && fraction == 1 ? k + 1 : k) / every;
         for (int s = 0; s < 4; s++) {
-            if (!series[s]) continue;
             const double delay = sampling->delay[s % 3]; /* that of u for both commands */
-            if (i > 0 && sampling->held && !(sampling->next_at_end && C[i] == 1)) inputs[i][s] = inputs[0][s];
-            else if (sampling->held)
-                inputs[i][s] = held_at(series[s], width[s], sample, delay, every, last);
-            else {
-                double position = ((double)k + fraction) / (double)every - delay;
-                inputs[i][s] = line_between(series[s], width[s], position, every, last);
-            }
+            if (!series[s]) continue;
+            inputs[i][s] = sampling->held ? held_at(series[s], width[s], sample, delay, every, last)
+                                          : line_between(series[s], width[s], position - delay, every, last);
         }
-        if (i == 0 || !sampling->held || (sampling->next_at_end && C[i] == 1)) inputs[i][0] = limited(inputs[i][0], u_max);
+        inputs[i][0] = limited(inputs[i][0], u_max);
         inputs[i][3] = own_command_of_B(inputs[i][0], r->u_B ? &inputs[i][3] : NULL, u_max);
     }
-}
-
-/* The same for all parts of step k, halved as often as said: (part, 7, 4). */
-void stage_signals(const Recording *recording, const Sampling *sampling, int64_t k, int halvings, double *inputs) {
-    double y[6];
-    for (int part = 0; part < 1 << halvings; part++)
-        stage_inputs(recording, sampling, k, part, 1 << halvings, y, (double(*)[4])(inputs + 28 * part));
 }

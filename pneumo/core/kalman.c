@@ -1,5 +1,5 @@
 /* Extended Kalman filter of motion, pressures and, if asked for, temperatures and k_0: the midpoint rule over each
-   sample. Docstrings in pneumo.simulation.kalman_filter. */
+   sample. Docstrings in pneumo.linear.observer. */
 #include "rates.h"
 
 enum { X_, V_, P_A, P_B, T_A, T_B, LN_K_0, SIZE }; /* states */
@@ -15,7 +15,7 @@ enum { X_, V_, P_A, P_B, T_A, T_B, LN_K_0, SIZE }; /* states */
 #define DT 0.1
 #define DK 1e-3
 
-typedef struct { const Plant *plant; const FilterModel *model; const Noise *noise; double h; int count, places[SIZE]; } Filter;
+typedef struct { const Plant *plant; const FilterModel *model; const Noise *noise; double h; } Filter;
 typedef double Matrix[SIZE][SIZE];
 
 static Lane with_k_0(const FilterModel *model, double ln_k_0) {
@@ -90,6 +90,15 @@ static void keep_possible(double *y, const Plant *plant) {
     y[LN_K_0] = limited(y[LN_K_0], K_0_RANGE);
 }
 
+/* Product of two matrices, of which the second may be transposed. */
+static void product(Matrix first, Matrix second, bool transposed, Matrix result) {
+    for (int i = 0; i < SIZE; i++)
+        for (int j = 0; j < SIZE; j++) {
+            result[i][j] = 0;
+            for (int k = 0; k < SIZE; k++) result[i][j] += first[i][k] * (transposed ? second[j][k] : second[k][j]);
+        }
+}
+
 /* Advance the estimate y and its covariance S by one sample; u is held over it. */
 static void predict(double *y, Matrix S, double u, const Filter *f) {
     const double h = f->h, v = y[V_];
@@ -100,26 +109,13 @@ static void predict(double *y, Matrix S, double u, const Filter *f) {
     model_rates(middle, u, f, rates);
     for (int s = 0; s < SIZE; s++) y[s] += h * rates[s];
     stopped(y, y + 1, v, &f->plant->cylinder);
-    for (int a = 0; a < f->count; a++)
-        for (int b = 0; b < f->count; b++) {
-            const int i = f->places[a], j = f->places[b];
-            double square = 0;
-            for (int c = 0; c < f->count; c++) square += D[i][f->places[c]] * D[f->places[c]][j];
-            F[i][j] = (i == j ? 1.0 : 0.0) + h * D[i][j] + h * h / 2 * square;
-        }
-    for (int a = 0; a < f->count; a++)
-        for (int b = 0; b < f->count; b++) {
-            const int i = f->places[a], j = f->places[b];
-            FS[i][j] = 0;
-            for (int c = 0; c < f->count; c++) FS[i][j] += F[i][f->places[c]] * S[f->places[c]][j];
-        }
-    for (int a = 0; a < f->count; a++)
-        for (int b = 0; b <= a; b++) {
-            const int i = f->places[a], j = f->places[b];
-            double total = 0;
-            for (int c = 0; c < f->count; c++) total += FS[i][f->places[c]] * F[j][f->places[c]];
-            S[i][j] = S[j][i] = total;
-        }
+    product(D, D, false, F);
+    for (int i = 0; i < SIZE; i++)
+        for (int j = 0; j < SIZE; j++) F[i][j] = (i == j ? 1.0 : 0.0) + h * D[i][j] + h * h / 2 * F[i][j];
+    product(F, S, false, FS);
+    product(FS, F, true, D);
+    for (int i = 0; i < SIZE; i++)
+        for (int j = 0; j <= i; j++) S[i][j] = S[j][i] = D[i][j];
     const Noise *noise = f->noise;
     const double force = noise->force / f->plant->cylinder.M;
     const double T_noise = noise->pressure * f->plant->conditions.T_0 / f->plant->conditions.P_0;
@@ -133,32 +129,23 @@ static void predict(double *y, Matrix S, double u, const Filter *f) {
 }
 
 /* Correct the estimate and its covariance by a reading of state s; NaN was not taken. */
-static void correct(double *y, Matrix S, int s, double measured, double variance, const Filter *f) {
+static void correct(double *y, Matrix S, int s, double measured, double variance) {
     if (measured != measured) return;
     const double sum = S[s][s] + variance, difference = measured - y[s];
     double gain[SIZE];
     for (int i = 0; i < SIZE; i++) gain[i] = S[i][s] / sum;
-    for (int a = 0; a < f->count; a++) {
-        const int i = f->places[a];
+    for (int i = 0; i < SIZE; i++) {
         y[i] += gain[i] * difference;
-        for (int b = 0; b <= a; b++) {
-            const int j = f->places[b];
-            S[i][j] -= gain[i] * gain[j] * sum;
-            S[j][i] = S[i][j];
-        }
+        for (int j = 0; j <= i; j++) S[i][j] = S[j][i] = S[i][j] - gain[i] * gain[j] * sum;
     }
 }
 
 void kalman_filter(const double *x, const double *P, const double *u, const double *first, int64_t samples,
                    const FilterModel *model, const Plant *plant, const Noise *noise, double h, double *estimates,
                    double *variances) {
-    Filter f = {plant, model, noise, h, 0, {0}};
-    for (int s = 0; s < SIZE; s++) {
-        bool used = s < T_A || (s < LN_K_0 ? model->lane.full != 0 : model->estimates_k_0);
-        if (used) f.places[f.count++] = s;
-    }
+    const Filter f = {plant, model, noise, h};
     double y[SIZE] = {samples > 0 ? x[0] : 0, 0, first[0], first[1], plant->conditions.T_0, plant->conditions.T_0, 0};
-    Matrix S = {{0}};
+    Matrix S = {{0}}; /* temperatures and k_0 that are not estimated are constant and coupled to nothing */
     S[X_][X_] = noise->x_variance;
     S[V_][V_] = 1e-6;
     for (int side = 0; side < 2; side++) {
@@ -167,8 +154,8 @@ void kalman_filter(const double *x, const double *P, const double *u, const doub
     }
     S[LN_K_0][LN_K_0] = FIRST_LN_K_0 * FIRST_LN_K_0;
     for (int64_t k = 0; k < samples; k++) {
-        correct(y, S, X_, x[k], noise->x_variance, &f);
-        for (int side = 0; side < 2; side++) correct(y, S, P_A + side, P[2 * k + side], noise->pressure_variance, &f);
+        correct(y, S, X_, x[k], noise->x_variance);
+        for (int side = 0; side < 2; side++) correct(y, S, P_A + side, P[2 * k + side], noise->pressure_variance);
         keep_possible(y, plant);
         memcpy(estimates + SIZE * k, y, sizeof y);
         for (int s = 0; s < SIZE; s++) variances[SIZE * k + s] = S[s][s];

@@ -30,11 +30,8 @@ INLINE Shared shared_terms(double u, double x, double v, int side, const Constan
     if (u < 0) throat *= plant->valve.exhaust;
     bool supplied = u >= 0;
     if (plant->valve.paths.knots > 0) { /* with one critical ratio, and never both paths open */
-        const Paths *paths = &plant->valve.paths;
-        double opening = opening_at(u, paths->u, paths->supply[side], paths->knots);
-        supplied = opening > 0;
-        if (!supplied) opening = opening_at(u, paths->u, paths->exhaust[side], paths->knots);
-        throat = plant->gas.R * plant->valve.k_xu * opening * inverse_V;
+        supplied = path_area(u, side, 0, &plant->valve) > 0;
+        throat = plant->gas.R * path_area(u, side, !supplied, &plant->valve) * inverse_V;
     }
     double p_port = (supplied ? c->P_s : c->P_atm) / c->P_0;
     double wall = (plant->gas.gamma - 1) * plant->k_0 / c->P_0 * inverse_V;

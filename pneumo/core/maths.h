@@ -113,12 +113,6 @@ INLINE double ln(double x) {
     return (exponent * LN_2_HIGH + of_c[0]) + (r + (tail + exponent * LN_2_LOW));
 }
 
-/* 2^(k/STEPS) exp(r) for a whole k. */
-INLINE double scaled(double k, double value) {
-    int whole = (int)k >> 7, half = whole / 2, rest = whole - half; /* two factors: neither overflows */
-    return value * from_bits((uint64_t)(1023 + half) << 52) * from_bits((uint64_t)(1023 + rest) << 52);
-}
-
 /* exp(t) of any t. */
 INLINE double exponential(double t) {
     if (t != t) return t;
@@ -128,7 +122,8 @@ INLINE double exponential(double t) {
     double r = (t - k * (LN_2_SHORT / STEPS)) - k * (LN_2_REST / STEPS), r_2 = r * r;
     double root = EXP_TABLE[(int)k & (STEPS - 1)];
     double tail = r + r_2 * ((1.0 / 2 + r * (1.0 / 6)) + r_2 * (1.0 / 24 + r * (1.0 / 120)));
-    return scaled(k, root + root * tail);
+    int whole = (int)k >> 7, half = whole / 2, rest = whole - half; /* two factors: neither overflows */
+    return (root + root * tail) * from_bits((uint64_t)(1023 + half) << 52) * from_bits((uint64_t)(1023 + rest) << 52);
 }
 
 /* x^y for x >= 0; the exponents 0, 1/2 and 1 are exact. */

@@ -2,13 +2,12 @@
    pneumo.simulation.gas_network and pneumo.fit.closed.closed_problem. */
 #include "rates.h"
 
-/* Columns of a node: its lane, then these; of a link: its two ends, then these. */
-enum { LANE = 10, P_START = LANE, T_START, P_0, T_0, T_WALL, K_0, K_STORE, C_STORE, K_BACK, NODE };
-enum { FIRST_END, SECOND_END, CRITICAL, BACK, LINK };
 #define LAMINAR 5e-3 /* 1 - P_d / P_u below which a flow is proportional to it: no step follows the bare root */
 
 typedef struct {
-    const double *nodes, *links, *outside, *V, *areas, *ratios;
+    const Node *nodes;
+    const Link *links;
+    const double *outside, *V, *areas, *ratios;
     int64_t count, n_links, n_outside, samples, sample, part, parts;
     const Gas *gas;
     double h, *P, *T, *m_in, *m_out, *mT_in;
@@ -23,10 +22,9 @@ INLINE void network_rates(const double *y, int stage, const void *context, doubl
     const int64_t count = net->count, j = net->sample;
     const double at = ((double)net->part + C[stage]) / (double)net->parts, R = net->gas->R, gamma = net->gas->gamma;
     for (int64_t s = 0; s < count; s++) {
-        const double *node = net->nodes + NODE * s;
-        const Lane *lane = (const Lane *)node;
+        const Node *node = net->nodes + s;
         net->P[s] = y[s];
-        net->T[s] = lane->full != 0 ? y[count + s] : temperature(y[s], node[P_0], node[T_0], lane->a);
+        net->T[s] = node->lane.full != 0 ? y[count + s] : temperature(y[s], node->P_0, node->T_0, node->lane.a);
         net->m_in[s] = net->m_out[s] = net->mT_in[s] = 0;
     }
     for (int64_t s = 0; s < net->n_outside; s++) {
@@ -34,20 +32,20 @@ INLINE void network_rates(const double *y, int stage, const void *context, doubl
         net->T[count + s] = net->outside[2 * s + 1];
     }
     for (int64_t e = 0; e < net->n_links; e++) {
-        const double *link = net->links + LINK * e;
-        int64_t up = (int64_t)link[FIRST_END], down = (int64_t)link[SECOND_END];
+        const Link *link = net->links + e;
+        int64_t up = (int64_t)link->first, down = (int64_t)link->second;
         double A_t = between(net->areas + e * net->samples, j, at);
         if (net->P[down] > net->P[up]) {
             int64_t first = up;
             up = down;
             down = first;
-            A_t *= link[BACK];
+            A_t *= link->back;
         }
         if (!(A_t > 0)) continue;
         const double P_u = net->P[up], P_d = net->P[down], T_u = net->T[up];
         Gas gas = *net->gas;
-        if (link[CRITICAL] > 0) {
-            gas.critical_ratio = link[CRITICAL];
+        if (link->b > 0) {
+            gas.critical_ratio = link->b;
             gas.elliptic = true;
         }
         double m = mass_flow(A_t * laminar_factor(P_u, P_d, LAMINAR), P_u, P_d, T_u, &gas);
@@ -56,22 +54,23 @@ INLINE void network_rates(const double *y, int stage, const void *context, doubl
         net->mT_in[down] += m * T_u;
     }
     for (int64_t s = 0; s < count; s++) {
-        const double *node = net->nodes + NODE * s, *V = net->V + s * net->samples;
-        const Lane *lane = (const Lane *)node;
+        const Node *node = net->nodes + s;
+        const Lane *lane = &node->lane;
+        const double *V = net->V + s * net->samples;
         const double P = y[s], T = net->T[s], m_in = net->m_in[s], m_out = net->m_out[s];
         const double dV_dt = (V[j + 1] - V[j]) / net->h, volume_now = V[j] + at * net->h * dV_dt;
         const double T_in = m_in > 0 ? net->mT_in[s] / m_in : T;
         double heat = 0;
         if (lane->wall_scale != 0) {
-            double k = wall_conductance(node[K_0], between(net->ratios + s * net->samples, j, at),
-                                        P * T / (node[P_0] * node[T_0]), lane->e_A, lane->e_PT);
-            heat = lane->wall_scale * (k * (node[T_WALL] - T));
+            double k = wall_conductance(node->k_0, between(net->ratios + s * net->samples, j, at),
+                                        P * T / (node->P_0 * node->T_0), lane->e_A, lane->e_PT);
+            heat = lane->wall_scale * (k * (node->T_wall - T));
         }
         dy[count + s] = dy[2 * count + s] = 0;
-        if (node[C_STORE] > 0) {
-            double stored = node[K_STORE] * (T - y[2 * count + s]);
+        if (node->c_store > 0) {
+            double stored = node->k_store * (T - y[2 * count + s]);
             heat -= stored;
-            dy[2 * count + s] = (stored + node[K_BACK] * (node[T_WALL] - y[2 * count + s])) / node[C_STORE];
+            dy[2 * count + s] = (stored + node->k_back * (node->T_wall - y[2 * count + s])) / node->c_store;
         }
         const double T_inlet = lane->mixing * T_in + (1 - lane->mixing) * T;
         dy[s] = dP_dt(P, T, volume_now, dV_dt, m_in, m_out, T_inlet, heat, lane->n_V, lane->n_in, lane->n_out, R, gamma);
@@ -81,7 +80,7 @@ INLINE void network_rates(const double *y, int stage, const void *context, doubl
 
 /* States (sample, 3 count): pressures, temperatures and those of the stores. Rows from the first at which one is not
    positive are not written. `work` holds 12 * 3 count + 5 (count + n_outside) + 3 count numbers. */
-void replay_network(const double *nodes, int64_t count, const double *links, int64_t n_links, const double *outside,
+void replay_network(const Node *nodes, int64_t count, const Link *links, int64_t n_links, const double *outside,
                     int64_t n_outside, const double *V, const double *areas, const double *ratios, int64_t samples,
                     const Gas *gas, double h, int64_t parts, double *work, double *states) {
     const int64_t size = 3 * count, ends = count + n_outside;
@@ -89,16 +88,16 @@ void replay_network(const double *nodes, int64_t count, const double *links, int
     Network net = {nodes, links, outside, V, areas, ratios, count, n_links, n_outside, samples, 0, 0, parts,
                    gas, h, P, P + ends, P + 2 * ends, P + 3 * ends, P + 4 * ends};
     for (int64_t s = 0; s < count; s++) {
-        y[s] = nodes[NODE * s + P_START];
-        y[count + s] = nodes[NODE * s + T_START];
-        y[2 * count + s] = nodes[NODE * s + T_WALL];
+        y[s] = nodes[s].P;
+        y[count + s] = nodes[s].T;
+        y[2 * count + s] = nodes[s].T_wall;
     }
     memcpy(states, y, (size_t)size * sizeof *y);
     for (net.sample = 0; net.sample < samples - 1; net.sample++) {
         for (net.part = 0; net.part < parts; net.part++)
             dormand_prince(network_rates, &net, y, size, h / (double)parts, Y, K, y);
         for (int64_t s = 0; s < count; s++)
-            if (!(y[s] > 0 && (((const Lane *)(nodes + NODE * s))->full == 0 || y[count + s] > 0))) return;
+            if (!(y[s] > 0 && (nodes[s].lane.full == 0 || y[count + s] > 0))) return;
         memcpy(states + (net.sample + 1) * size, y, (size_t)size * sizeof *y);
     }
 }

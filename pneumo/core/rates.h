@@ -63,47 +63,36 @@ INLINE double opening_at(double u, const double *knots, const double *openings, 
     return openings[count - 1];
 }
 
-/* Flows of a valve whose paths have openings and critical ratios of their own, through both ports. */
-INLINE void path_flows(double u, double P, double T, int side, const Plant *plant, double *m_in, double *m_out) {
-    const Paths *paths = &plant->valve.paths;
-    *m_in = *m_out = 0;
-    for (int port = 0; port < 2; port++) {
+/* Area of a chamber's path from the supply, port 0, or to the atmosphere, port 1, at its own command. */
+INLINE double path_area(double u, int side, int port, const Valve *valve) {
+    const Paths *paths = &valve->paths;
+    if (paths->knots > 0) {
         const double *openings = port == 0 ? paths->supply[side] : paths->exhaust[side];
-        double opening = opening_at(u, paths->u, openings, paths->knots), inward, outward;
-        double area = plant->valve.k_xu * opening + plant->valve.leak;
-        if (!(area > 0)) continue;
-        Gas gas = plant->gas;
-        if (paths->b[side][port] > 0) gas.critical_ratio = paths->b[side][port];
-        const double P_port = port == 0 ? plant->conditions.P_s : plant->conditions.P_atm;
-        port_flows(area, P_port, P, T, &plant->valve, &gas, &plant->conditions, &inward, &outward);
-        *m_in += inward;
-        *m_out += outward;
+        return valve->k_xu * opening_at(u, paths->u, openings, paths->knots) + valve->leak;
     }
+    if ((port == 0) != (u >= 0)) return valve->leak;
+    return valve->k_xu * fabs(u) * (port == 0 ? 1.0 : valve->exhaust) + valve->leak; /* (2) */
+}
+
+INLINE Gas path_gas(int side, int port, const Plant *plant) {
+    Gas gas = plant->gas;
+    if (plant->valve.paths.b[side][port] > 0) gas.critical_ratio = plant->valve.paths.b[side][port];
+    return gas;
 }
 
 INLINE void chamber_flows(double u, double P, double T, int side, const Plant *plant, double *m_in, double *m_out) {
-    const Valve *valve = &plant->valve;
     const Conditions *c = &plant->conditions;
-    if (valve->paths.knots > 0) {
-        path_flows(u, P, T, side, plant, m_in, m_out);
-        return;
+    *m_in = *m_out = 0;
+    for (int port = 0; port < 2; port++) {
+        const double area = path_area(u, side, port, &plant->valve);
+        double inward, outward;
+        if (area == 0) continue;
+        const Gas gas = path_gas(side, port, plant);
+        port_flows(area, port == 0 ? c->P_s : c->P_atm, P, T, &plant->valve, &gas, c, &inward, &outward);
+        *m_in += inward;
+        *m_out += outward;
     }
-    double A_t = valve->k_xu * fabs(u), P_port = c->P_s, P_other = c->P_atm; /* (2) */
-    if (!(u >= 0)) {
-        P_port = c->P_atm;
-        P_other = c->P_s;
-        A_t *= valve->exhaust;
-    }
-    if (!(valve->leak > 0)) {
-        port_flows(A_t, P_port, P, T, valve, &plant->gas, c, m_in, m_out);
-        return;
-    }
-    double leak_in, leak_out;
-    port_flows(A_t + valve->leak, P_port, P, T, valve, &plant->gas, c, m_in, m_out);
-    port_flows(valve->leak, P_other, P, T, valve, &plant->gas, c, &leak_in, &leak_out);
-    *m_in += leak_in;
-    *m_out += leak_out;
-    if (valve->net_leak) {
+    if (plant->valve.net_leak) {
         double net = *m_in - *m_out;
         *m_in = larger(net, 0);
         *m_out = larger(-net, 0);
@@ -192,7 +181,6 @@ INLINE double command(double reference, double x, const Drive *drive) {
 }
 
 /* Dormand and Prince's fifth-order method of six stages, and its error estimate with a seventh at the end. */
-enum { STAGES = 6 };
 #define STEP_TOLERANCE 1e-4 /* error over P_0, T_0 or the stroke above which a step is halved */
 static const double A[6][5] = {{0},
                                {1.0 / 5},

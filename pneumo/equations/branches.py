@@ -113,10 +113,13 @@ def choices(function: Callable[..., Any], *arguments: Any, answers: tuple[bool, 
 
 
 def joined_branches(node: Any, choose: Callable[[Any, Any, Any], Any]) -> Any:
-    """Merge a tree of choices into one value by `choose(condition, yes, no)`."""
+    """Merge a tree of choices into one value, or a tuple of them, by `choose(condition, yes, no)`."""
     if not isinstance(node, Choice):
         return node
-    return choose(node.condition, joined_branches(node.yes, choose), joined_branches(node.no, choose))
+    yes, no = joined_branches(node.yes, choose), joined_branches(node.no, choose)
+    if isinstance(yes, tuple):
+        return tuple(choose(node.condition, *pair) for pair in zip(yes, no, strict=True))
+    return choose(node.condition, yes, no)
 
 
 def complex_value(function: Callable[..., Any], *arguments: Any) -> Any:

@@ -1,52 +1,17 @@
 """Rate of one chamber's pressure by any model, on floats, arrays and symbols."""
 
-from collections.abc import Callable
 from importlib import import_module
-from math import isfinite
 from typing import Any
 
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import choices, joined_branches
+from pneumo.equations.named_model import model_and_index
+from pneumo.equations.system import System, chamber_rates
 from pneumo.errors import InputError
-from pneumo.physics.cylinder import Side, chamber_of
-from pneumo.physics.models import MODELS, Lane, Model, lane
-from pneumo.physics.valve import limited
-from pneumo.simulation.reference import lane_rate
-
-N_MAX = 3.0  # as in the configuration's schema
-
-
-def model_row(model: Model | str) -> Model:
-    """The `Model` of a name; a `Model` is returned as it is. `InputError` if there is no such name."""
-    if isinstance(model, Model):
-        return model
-    if model not in MODELS:
-        raise InputError(f"model {model!r}: no such model; there are {', '.join(MODELS)}")
-    return MODELS[model]
-
-
-def model_and_index(model: Model | str, n: float | None) -> tuple[Model, float]:
-    """The named or given `Model`, and n as a float; 1 if n is None and the model has no polytropic index.
-
-    Raises
-    ------
-    InputError
-        If there is no such model, or n is missing or outside 0 to `N_MAX`.
-    """
-    row = model_row(model)
-    if n is None and row.has_n:
-        raise InputError(f"n: {row.name} needs a polytropic index")
-    n = 1.0 if n is None else n
-    if not (isfinite(n) and 0 < n <= N_MAX):
-        raise InputError(f"n = {n:g}: must be greater than 0 and at most {N_MAX:g}")
-    return row, float(n)
-
-
-def lane_for(model: Model | str, n: float | None, plant: Plant) -> Lane:
-    """Coefficients of a model at n for the plant's gas; errors are those of `model_and_index`."""
-    return lane(*model_and_index(model, n), plant.gas.gamma)
+from pneumo.physics.cylinder import Side
+from pneumo.physics.models import Model
 
 
 def chamber_rate(
@@ -77,25 +42,19 @@ def chamber_rate(
     """
     if side not in Side.__members__:
         raise InputError(f"side = {side!r}: must be 'A' or 'B'")
-    row, of_side = lane_for(model, n, plant), Side[side]
-    sign, chamber = of_side.sign, chamber_of(plant.cylinder, of_side)
+    system = System(*model_and_index(model, n), plant)
+    known = {"u": u, "x": x, "v": v, f"P_{side}": P}
+    kinds = {type(value).__module__.split(".")[0] for value in known.values()}
 
-    def rate(u: Any, x: Any, v: Any, P: Any) -> Any:
-        return lane_rate(limited(sign * u, plant.valve.u_max), sign * x, sign * v, P, chamber, plant, row)
+    def chosen(condition: Any, yes: Any, no: Any) -> Any:
+        if "casadi" in kinds:
+            return import_module("casadi").if_else(condition, yes, no)
+        if "sympy" in kinds:
+            return import_module("sympy").Piecewise((yes, condition), (no, True))
+        return np.where(condition, yes, no)
+
+    def evaluated(function: Any, *arguments: Any) -> Any:
+        return joined_branches(choices(function, *arguments), chosen)
 
     with np.errstate(invalid="ignore"):  # roots of negative numbers, where another branch is chosen
-        return joined_branches(choices(rate, u, x, v, P), _chooser(u, x, v, P))
-
-
-def _chooser(*arguments: Any) -> Callable[[Any, Any, Any], Any]:
-    """Function (condition, yes, no) that chooses between values, for CasADi, SymPy or NumPy.
-
-    The type of the arguments decides which.
-    """
-    kinds = {type(a).__module__.split(".")[0] for a in arguments}
-    if "casadi" in kinds:
-        return import_module("casadi").if_else
-    if "sympy" in kinds:
-        piecewise = import_module("sympy").Piecewise
-        return lambda condition, yes, no: piecewise((yes, condition), (no, True))
-    return np.where
+        return chamber_rates(system, Side[side], known, evaluated)[0]

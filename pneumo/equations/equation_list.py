@@ -7,7 +7,7 @@ takes 0.4 s, is loaded by the functions that need it.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import Choice, choices
@@ -41,6 +41,11 @@ class Equation(NamedTuple):
     comment: str  # unit and number of the equation
 
 
+def equation(names: str, function: Callable[..., Any], arguments: str, comment: str) -> Equation:
+    """An `Equation` whose names and arguments are separated by spaces."""
+    return Equation(tuple(names.split()), function, tuple(arguments.split()), comment)
+
+
 class Statement(NamedTuple):
     """A symbolic assignment to one or more variables."""
 
@@ -72,27 +77,32 @@ def valve_equations(
         after = u + (opening - u) / (1 + s / lag + (s / lag) ** 2 / 2)
         return after, (opening + after) / 2
 
+    def limit(u: Any) -> Any:
+        return limited(u, plant.valve.u_max)
+
+    def shut(u: Any) -> Any:
+        return beyond_dead_band(u, null, dead_band)
+
     for of in ("_A", "_B") if two_valves else ("",):
-        limit, known = (lambda u: limited(u, plant.valve.u_max)), (f"u{of}",)
         if dynamics.proportional:
-            equations.append(Equation((f"u_valve{of}",), limit, known, "V, limited"))
+            equations.append(equation(f"u_valve{of}", limit, f"u{of}", "V, limited"))
             continue
-        equations.append(Equation((f"u_limited{of}",), limit, known, "V"))
-        spool, known = f"u_limited{of}", (f"u_limited{of}", f"opening{of}")
+        equations.append(equation(f"u_limited{of}", limit, f"u{of}", "V"))
+        spool, known = f"u_limited{of}", f"u_limited{of} opening{of}"
         if lag and substep:
             spool = f"opening{of}_mean"
-            names = f"opening{of}_after", spool
-            equations.append(Equation(names, followed, (*known, "s"), "V, first-order lag"))
+            equations.append(
+                equation(f"opening{of}_after {spool}", followed, f"{known} s", "V, first-order lag")
+            )
         elif lag:
             spool = f"opening{of}"
-            equations.append(Equation((f"dopening{of}_dt",), rate, known, "V/s, first-order lag"))
-        shut = lambda u: beyond_dead_band(u, null, dead_band)  # noqa: E731
-        equations.append(Equation((f"u_valve{of}",), shut, (spool,), "V, beyond null offset and dead band"))
+            equations.append(equation(f"dopening{of}_dt", rate, known, "V/s, first-order lag"))
+        equations.append(equation(f"u_valve{of}", shut, spool, "V, beyond null offset and dead band"))
     for side in Side if paths.knots else ():
         sign, of = (1, f"_{side.name}") if two_valves else (side.sign, "")
         openings = lambda u, sign=sign, side=side: paths.openings(sign * u, side)  # noqa: E731
-        names = tuple(f"{path}_{side.name}" for path in PATHS)
-        equations.append(Equation(names, openings, (f"u_valve{of}",), "V, openings of the paths"))
+        names = " ".join(f"{path}_{side.name}" for path in PATHS)
+        equations.append(equation(names, openings, f"u_valve{of}", "V, openings of the paths"))
     return equations
 
 
@@ -107,38 +117,35 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
     gas, restrictions, c, cylinder, k_0 = plant
     g, A_q0, equations = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
     row = lane(model, n, g) if model else None
+
+    def add(names: str, function: Callable[..., Any], arguments: str, comment: str) -> None:
+        equations.append(equation(names, function, arguments, comment))
+
     if model and row:
-        a, law = row.a, "eq (6)" if model.temperature == "polytropic" else "constant"
-        equations.append(Equation(("T",), lambda P: temperature(P, c.P_0, c.T_0, a), ("P",), f"K, {law}"))
-    equations += [
-        Equation(
-            ("V",), lambda x, *fields: volume(x, Chamber(*fields), cylinder), ("x", "area", "V_d"), "m^3"
-        ),
-        Equation(("dV_dt",), lambda v, area: area * v, ("v", "area"), "m^3/s"),
-    ]
-    flows = ("m_in", "m_out")
+        law = "eq (6)" if model.temperature == "polytropic" else "constant"
+        add("T", lambda P: temperature(P, c.P_0, c.T_0, row.a), "P", f"K, {law}")
+    add("V", lambda x, *fields: volume(x, Chamber(*fields), cylinder), "x area V_d", "m^3")
+    add("dV_dt", lambda v, area: area * v, "v area", "m^3/s")
     if valve and restrictions.paths.knots:
 
         def by_paths(inlet: Any, outlet: Any, P: Any, T: Any, *ratios: Any) -> tuple[Any, Any]:
             return path_flows((inlet, outlet), ratios, P, T, restrictions, gas, c)
 
-        ratios = tuple(f"b_{path}" for path in PATHS if restrictions.paths.b)
-        equations.append(Equation(flows, by_paths, (*PATHS, "P", "T", *ratios), "kg/s, eq (1)"))
+        ratios = " b_inlet b_outlet" if restrictions.paths.b else ""
+        add("m_in m_out", by_paths, f"inlet outlet P T{ratios}", "kg/s, eq (1)")
     elif valve:
         through = lambda u, P, T: chamber_flows(u, P, T, restrictions, gas, c)  # noqa: E731
-        equations.append(Equation(flows, through, ("u", "P", "T"), "kg/s, eqs (1), (2)"))
+        add("m_in m_out", through, "u P T", "kg/s, eqs (1), (2)")
     else:
-        equations.append(Equation(flows, lambda m: (m, 0.0) if m > 0 else (0.0, -m), ("m",), "kg/s"))
-    equations.append(
-        Equation(("area_ratio",), lambda x: heat_area(x, cylinder) / A_q0, ("x",), "A_q(x)/A_q(0)")
-    )
-    known = ("P", "T", "V", "dV_dt", *flows)
+        add("m_in m_out", lambda m: (m, 0.0) if m > 0 else (0.0, -m), "m", "kg/s")
+    add("area_ratio", lambda x: heat_area(x, cylinder) / A_q0, "x", "A_q(x)/A_q(0)")
+    known = "P T V dV_dt m_in m_out"
     if model and row:
         names = ("k_0", "P_0", "T_0", "T_in", "T_amb", "R", "gamma", "lane")
         rest = dict(zip(names, (k_0, c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, g, row), strict=True))
         comment = f"Pa/s, eq (10); wall heat: {WALL_EQUATION[model.wall]}"
-        rate = Equation(("dP_dt",), lambda *y: model_dP_dt(*y, **rest), (*known, "area_ratio"), comment)
-        return [*equations, rate]
+        add("dP_dt", lambda *y: model_dP_dt(*y, **rest), f"{known} area_ratio", comment)
+        return equations
 
     def heat(P: Any, T: Any, area_ratio: Any) -> Any:
         conductance = wall_conductance(k_0, area_ratio, P * T / (c.P_0 * c.T_0), 1.0, 0.5)
@@ -150,43 +157,26 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
     def warming(heat: Any, *y: Any) -> Any:
         return dT_dt(*y, T_in=c.T_in, heat=heat, R=gas.R, gamma=g)
 
-    return [
-        *equations,
-        Equation(("heat",), heat, ("P", "T", "area_ratio"), "W, eqs (7), (8)"),
-        Equation(("dP_dt",), pressure, ("heat", *known), "Pa/s, eq (4)"),
-        Equation(("dT_dt",), warming, ("heat", *known), "K/s, eq (5)"),
-    ]
+    add("heat", heat, "P T area_ratio", "W, eqs (7), (8)")
+    add("dP_dt", pressure, f"heat {known}", "Pa/s, eq (4)")
+    add("dT_dt", warming, f"heat {known}", "K/s, eq (5)")
+    return equations
 
 
 def piston_equations(plant: Plant) -> list[Equation]:
     """Equations of motion of the piston, eq (3), with the inputs (x, v, P_A, P_B, force)."""
-    cylinder = plant.cylinder
+    forces = lambda *y: acceleration(*y, cylinder=plant.cylinder)  # noqa: E731
+    moves = lambda *y: motion(*y, cylinder=plant.cylinder)  # noqa: E731
     return [
-        Equation(
-            ("a",),
-            lambda *y: acceleration(*y, cylinder=cylinder),
-            ("v", "P_A", "P_B", "force"),
-            "m/s^2, eq (3)",
-        ),
-        Equation(
-            ("dx_dt", "dv_dt"),
-            lambda *y: motion(*y, cylinder=cylinder),
-            ("x", "v", "a"),
-            "m/s, m/s^2; 0 on a stop",
-        ),
+        equation("a", forces, "v P_A P_B force", "m/s^2, eq (3)"),
+        equation("dx_dt dv_dt", moves, "x v a", "m/s, m/s^2; 0 on a stop"),
     ]
 
 
 def stop_equations(plant: Plant) -> list[Equation]:
     """Equation of the end stops: corrects (x, v) after a step that began with the velocity v_before."""
-    return [
-        Equation(
-            ("x_after", "v_after"),
-            lambda *y: stopped(*y, cylinder=plant.cylinder),
-            ("x", "v", "v_before"),
-            "m, m/s, end stops",
-        )
-    ]
+    stops = lambda *y: stopped(*y, cylinder=plant.cylinder)  # noqa: E731
+    return [equation("x_after v_after", stops, "x v v_before", "m, m/s, end stops")]
 
 
 def exact_numbers(value: Any) -> Any:
@@ -214,29 +204,33 @@ def names_in(value: Any) -> set[str]:
 def _real(name: str) -> Any:
     from sympy import Symbol
 
-    return Symbol(name, real=True)
+    return Symbol(name, positive=True) if name == "u_max" else Symbol(name, real=True)
+
+
+Numbers = TypeVar("Numbers", bound=Gas | Valve | Conditions | Cylinder | ValveDynamics)
+
+
+def _symbolic(numbers: Numbers, prefix: str = "") -> Numbers:
+    """Named tuple whose numbers are symbols of their names; a number that is the default stays."""
+    defaults = numbers._field_defaults
+    symbols = {
+        name: _real("gamma_" if name == "gamma" else prefix + name)
+        for name, value in numbers._asdict().items()
+        if not isinstance(value, bool | tuple) and value != defaults.get(name)
+    }
+    return numbers._replace(**symbols)
 
 
 def symbols_of(plant: Plant) -> Plant:
     """A plant whose numbers are symbols named as in `constants`; an absent load, friction or leak stays 0."""
-    from sympy import Symbol
+    gas, valve, conditions, cylinder, _ = plant
+    valve = _symbolic(valve)._replace(paths=_symbols_of_paths(valve.paths))
+    return Plant(_symbolic(gas), valve, _symbolic(conditions), _symbolic(cylinder), _real("k_0"))
 
-    names = ("R", "gamma_", "sonic_coefficient", "critical_ratio")
-    gas = Gas._make([*map(_real, names), plant.gas.elliptic])
-    u_max: Any = Symbol("u_max", positive=True)
-    usual = Valve(_real("k_xu"), u_max, net_leak=plant.valve.net_leak)
-    unusual = [
-        name for name in ("laminar", "exhaust", "leak") if getattr(plant.valve, name) != getattr(usual, name)
-    ]
-    valve = usual._replace(
-        **{name: _real(name) for name in unusual}, paths=_symbols_of_paths(plant.valve.paths)
-    )
-    numbers = {name for name in ("load", "coulomb") if not getattr(plant.cylinder, name)} | {"rests"}
-    parts = ((name, getattr(plant.cylinder, name)) for name in Cylinder._fields)
-    cylinder = Cylinder(*(value if name in numbers else _real(name) for name, value in parts))
-    return Plant(
-        gas, valve, Conditions(*(_real(name) for name in Conditions._fields)), cylinder, _real("k_0")
-    )
+
+def symbols_of_valve(dynamics: ValveDynamics) -> ValveDynamics:
+    """Valve dynamics whose numbers are symbols, named as in `constants`; what is 0 stays 0."""
+    return _symbolic(dynamics, "valve_")
 
 
 def _symbols_of_paths(paths: Paths) -> Paths:
@@ -250,13 +244,6 @@ def _symbols_of_paths(paths: Paths) -> Paths:
 
     u = tuple(_real(f"knot_{i}") for i in range(1, paths.knots + 1))
     return paths._replace(u=u, supply=table("inlet", paths.supply), exhaust=table("outlet", paths.exhaust))
-
-
-def symbols_of_valve(dynamics: ValveDynamics) -> ValveDynamics:
-    """Valve dynamics whose numbers are symbols, named as in `constants`; what is 0 stays 0."""
-    return ValveDynamics(
-        *(_real(f"valve_{name}") if value else 0.0 for name, value in dynamics._asdict().items())
-    )
 
 
 def statements(equations: list[Equation], wanted: set[str]) -> list[Statement]:
@@ -296,57 +283,60 @@ def with_tangents(given: list[Statement], moving: set[str]) -> list[Statement]:
     return result
 
 
+CONSTANTS = {  # unit and meaning of each number, in the order of exports
+    "R": ("J/(kg K)", "gas constant"),
+    "gamma_": ("1", "ratio of specific heats"),
+    "sonic_coefficient": ("s K^0.5/m", "eq (1)"),
+    "critical_ratio": ("1", "P_d/P_u at which flow becomes sonic, eq (1)"),
+    "k_xu": ("m^2/V", "valve area per volt, eq (2)"),
+    "laminar": ("1", "1 - P_d/P_u below which flow is proportional to it"),
+    "exhaust": ("1", "area to the atmosphere over area from the supply"),
+    "leak": ("m^2", "area that stays open to either port"),
+    "u_max": ("V", "limit of the command"),
+    "valve_lag": ("s", "time constant of the valve's lag"),
+    "valve_null": ("V", "command at which the valve is shut"),
+    "valve_dead_band": ("V", "to either side, where it stays shut"),
+    "P_s": ("Pa", "supply"),
+    "P_atm": ("Pa", "atmosphere"),
+    "T_in": ("K", "incoming air"),
+    "T_amb": ("K", "walls"),
+    "P_0": ("Pa", "equilibrium"),
+    "T_0": ("K", "equilibrium"),
+    "bore": ("m", "diameter phi"),
+    "stroke": ("m", "stroke l"),
+    "V_d_A": ("m^3", "dead volume, chamber A"),
+    "V_d_B": ("m^3", "dead volume, chamber B"),
+    "A_A": ("m^2", "piston area, chamber A"),
+    "A_B": ("m^2", "piston area, chamber B"),
+    "M": ("kg", "moving mass with load"),
+    "k_f": ("N s/m", "viscous friction"),
+    "x_min": ("m", "end stop where chamber A is smallest"),
+    "x_max": ("m", "end stop where chamber B is smallest"),
+    "load": ("N", "constant force towards a larger chamber A"),
+    "coulomb": ("N", "Coulomb friction"),
+    "k_0": ("W/K", "thermal conductance of the wall at equilibrium, eq (12)"),
+    "n": ("1", "polytropic index"),
+}
+
+
 def constants(plant: Plant, n: float, dynamics: ValveDynamics = PROPORTIONAL) -> list[Constant]:
     """All numbers of a plant and its valve's dynamics, and the polytropic index n, as named constants."""
-    gas, valve, c, cylinder, k_0 = plant
-    paths = valve.paths
-    numbered = [Constant(f"knot_{i}", u, "V", "own command of a chamber") for i, u in enumerate(paths.u, 1)]
-    for path, where, table in (
-        ("inlet", "from the supply", paths.supply),
-        ("outlet", "to the atmosphere", paths.exhaust),
-    ):
+    paths = plant.valve.paths
+    values = plant.valve._asdict() | plant.conditions._asdict() | plant.cylinder._asdict()
+    values |= plant.gas._asdict() | {"gamma_": plant.gas.gamma, "k_0": plant.k_0, "n": n}
+    values |= {f"valve_{name}": value for name, value in dynamics._asdict().items()}
+    result = [Constant(name, values[name], *of) for name, of in CONSTANTS.items()]
+    result += [Constant(f"knot_{i}", u, "V", "own command of a chamber") for i, u in enumerate(paths.u, 1)]
+    where = {"inlet": ("from the supply", paths.supply), "outlet": ("to the atmosphere", paths.exhaust)}
+    for path, (to, table) in where.items():
         for side, openings in zip("AB", table, strict=bool(table)):
-            numbered += [
-                Constant(f"{path}_{side}_{i}", opening, "V", f"opening {where} at knot {i}, chamber {side}")
+            result += [
+                Constant(f"{path}_{side}_{i}", opening, "V", f"opening {to} at knot {i}, chamber {side}")
                 for i, opening in enumerate(openings, 1)
             ]
     for side, ratios in zip("AB", paths.b, strict=bool(paths.b)):
-        numbered += [
+        result += [
             Constant(f"b_{path}_{side}", b, "1", f"critical ratio, {path} of chamber {side}")
             for path, b in zip(PATHS, ratios, strict=True)
         ]
-    return [
-        Constant("R", gas.R, "J/(kg K)", "gas constant"),
-        Constant("gamma_", gas.gamma, "1", "ratio of specific heats"),
-        Constant("sonic_coefficient", gas.sonic_coefficient, "s K^0.5/m", "eq (1)"),
-        Constant("critical_ratio", gas.critical_ratio, "1", "P_d/P_u at which flow becomes sonic, eq (1)"),
-        Constant("k_xu", valve.k_xu, "m^2/V", "valve area per volt, eq (2)"),
-        Constant("laminar", valve.laminar, "1", "1 - P_d/P_u below which flow is proportional to it"),
-        Constant("exhaust", valve.exhaust, "1", "area to the atmosphere over area from the supply"),
-        Constant("leak", valve.leak, "m^2", "area that stays open to either port"),
-        Constant("u_max", valve.u_max, "V", "limit of the command"),
-        Constant("valve_lag", dynamics.lag, "s", "time constant of the valve's lag"),
-        Constant("valve_null", dynamics.null, "V", "command at which the valve is shut"),
-        Constant("valve_dead_band", dynamics.dead_band, "V", "to either side, where it stays shut"),
-        Constant("P_s", c.P_s, "Pa", "supply"),
-        Constant("P_atm", c.P_atm, "Pa", "atmosphere"),
-        Constant("T_in", c.T_in, "K", "incoming air"),
-        Constant("T_amb", c.T_amb, "K", "walls"),
-        Constant("P_0", c.P_0, "Pa", "equilibrium"),
-        Constant("T_0", c.T_0, "K", "equilibrium"),
-        Constant("bore", cylinder.bore, "m", "diameter phi"),
-        Constant("stroke", cylinder.stroke, "m", "stroke l"),
-        Constant("V_d_A", cylinder.V_d_A, "m^3", "dead volume, chamber A"),
-        Constant("V_d_B", cylinder.V_d_B, "m^3", "dead volume, chamber B"),
-        Constant("A_A", cylinder.A_A, "m^2", "piston area, chamber A"),
-        Constant("A_B", cylinder.A_B, "m^2", "piston area, chamber B"),
-        Constant("M", cylinder.M, "kg", "moving mass with load"),
-        Constant("k_f", cylinder.k_f, "N s/m", "viscous friction"),
-        Constant("x_min", cylinder.x_min, "m", "end stop where chamber A is smallest"),
-        Constant("x_max", cylinder.x_max, "m", "end stop where chamber B is smallest"),
-        Constant("load", cylinder.load, "N", "constant force towards a larger chamber A"),
-        Constant("coulomb", cylinder.coulomb, "N", "Coulomb friction"),
-        Constant("k_0", k_0, "W/K", "thermal conductance of the wall at equilibrium, eq (12)"),
-        Constant("n", n, "1", "polytropic index"),
-        *numbered,
-    ]
+    return result

@@ -13,10 +13,11 @@ Equations are in the order in which they are solved, as in `pneumo.equations.equ
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from pneumo.configuration.experiment import Plant
-from pneumo.equations.equation_list import PATHS, Equation
+from pneumo.equations.equation_list import PATHS, Equation, equation
 from pneumo.physics.chamber import wall_conductance, wall_heat
 from pneumo.physics.cylinder import Chamber, Cylinder, heat_area, volume
 from pneumo.physics.models import Model, full_order_lane, lane, temperature
@@ -73,23 +74,18 @@ def chamber_pace(plant: Plant, valve: bool) -> list[Equation]:
             A_t = restrictions.k_xu * opening + restrictions.leak
             return gas.gamma * gas.R * c.T_in * choked_flow(A_t, 1.0, c.T_in, gas)
 
-        known = PATHS if restrictions.paths.knots else ("u",)
-        equation = Equation(("flow",), flow, known, "m^3/s, sonic flow")
+        known = " ".join(PATHS) if restrictions.paths.knots else "u"
+        flows = equation("flow", flow, known, "m^3/s, sonic flow")
     else:
         given = lambda m: gas.gamma * gas.R * c.T_in * abs(m) / c.P_atm  # noqa: E731
-        equation = Equation(("flow",), given, ("m",), "m^3/s, given flow")
+        flows = equation("flow", given, "m", "m^3/s, given flow")
 
+    space = lambda x, *of: volume(x, Chamber(*of), cylinder)  # noqa: E731
+    pace = lambda flow, space, v, area: (flow + 2 * area * abs(v)) / space  # noqa: E731
     return [
-        equation,
-        Equation(
-            ("space",), lambda x, *of: volume(x, Chamber(*of), cylinder), ("x", "area", "V_d"), "m^3, volume"
-        ),
-        Equation(
-            ("pace",),
-            lambda flow, space, v, area: (flow + 2 * area * abs(v)) / space,
-            ("flow", "space", "v", "area"),
-            "1/s",
-        ),
+        flows,
+        equation("space", space, "x area V_d", "m^3, volume"),
+        equation("pace", pace, "flow space v area", "1/s"),
     ]
 
 
@@ -112,18 +108,14 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> l
     equations = list[Equation]()
 
     def add(names: str, function: Callable[..., Any], arguments: str, comment: str) -> None:
-        equations.append(Equation(tuple(names.split()), function, tuple(arguments.split()), comment))
+        equations.append(equation(names, function, arguments, comment))
 
     if model:
         law = "eq (6)" if model.temperature == "polytropic" else "constant"
         add("T", lambda P: temperature(P, c.P_0, c.T_0, row.a), "P", f"K, {law}")
+    space = lambda x, *of: volume(x, Chamber(*of), cylinder)  # noqa: E731
     for at in ("mid", "end"):
-        add(
-            f"space_{at}",
-            lambda x, *of: volume(x, Chamber(*of), cylinder),
-            f"x_{at} area V_d",
-            "m^3, volume",
-        )
+        add(f"space_{at}", space, f"x_{at} area V_d", "m^3, volume")
         add(f"growth_{at}", lambda v, area: area * v, f"v_{at} area", "m^3/s, its rate")
     paths = restrictions.paths
     two = bool(restrictions.leak) or paths.both_open  # whether air may flow through both ports
@@ -155,12 +147,8 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> l
 
         add("A_t P_port" + (" A_other P_other" if two else ""), opened, "u", "m^2, Pa, eq (2)")
     half = (0.5 - STAGE) / (1 - STAGE)  # of the way from the first stage to the end
-    add(
-        "area_ratio",
-        lambda x_mid, x_end: heat_area(x_mid + half * (x_end - x_mid), cylinder) / A_q0,
-        "x_mid x_end",
-        "A_q(x)/A_q(0) at half the substep",
-    )
+    halfway = lambda x_mid, x_end: heat_area(x_mid + half * (x_end - x_mid), cylinder) / A_q0  # noqa: E731
+    add("area_ratio", halfway, "x_mid x_end", "A_q(x)/A_q(0) at half the substep")
 
     def heat(P: Any, T: Any, area_ratio: Any) -> Any:
         conductance = wall_conductance(k_0, area_ratio, P * T / (c.P_0 * c.T_0), row.e_A, row.e_PT)
@@ -199,24 +187,14 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> l
             return
         if two:
 
-            def leaking(P: Any, T: Any, P_port: Any, A_other: Any, P_other: Any, *b: Any) -> tuple[Any, ...]:
+            def leaking(P: Any, T: Any, A_other: Any, P_other: Any, *b: Any) -> tuple[Any, ...]:
                 its_gas = gas._replace(critical_ratio=b[0]) if b else gas
                 m_in, m_out = port_flows(A_other, P_other, P, T, restrictions, its_gas, c)
                 inlet, outlet = energies(T)
-                if (
-                    restrictions.net_leak and not paths.knots
-                ):  # leaks that cancel before they cross the port carry no heat
-                    one = inlet if P_port >= P else outlet
-                    return wanted(one * (m_in - m_out), m_in, m_out)
                 return wanted(inlet * m_in - outlet * m_out, m_in, m_out)
 
-            known_leak = f"{P_guess} {T_guess} P_port A_other P_other" + " b_other" * bool(paths.b)
-            add(
-                named("leak_power", at, "leak_in leak_out"),
-                leaking,
-                known_leak,
-                "W, kg/s, other port",
-            )
+            known_leak = f"{P_guess} {T_guess} A_other P_other" + " b_other" * bool(paths.b)
+            add(named("leak_power", at, "leak_in leak_out"), leaking, known_leak, "W, kg/s, other port")
             known += f" leak_power_{at}"
         add(f"resists_{at} still_{at}", fixed, known, comment)
         add(
@@ -410,13 +388,9 @@ def piston_before(plant: Plant) -> list[Equation]:
         return end, min(2 * room / (fast + at_end), s), 2.0
 
     return [
-        Equation(
-            ("F_before",), lambda *y: _net_force(*y, cylinder=cylinder), ("P_A", "P_B", "force"), "N, eq (3)"
-        ),
-        Equation(
-            ("v_free",), lambda *y: _kicked(*y, cylinder=cylinder), ("v", "F_before", "s"), "m/s, eq (3)"
-        ),
-        Equation(("x_after", "s_part", "stop"), met, ("x", "v", "v_free", "s"), "m, s, end stops"),
+        equation("F_before", partial(_net_force, cylinder=cylinder), "P_A P_B force", "N, eq (3)"),
+        equation("v_free", partial(_kicked, cylinder=cylinder), "v F_before s", "m/s, eq (3)"),
+        equation("x_after s_part stop", met, "x v v_free s", "m, s, end stops"),
     ]
 
 
@@ -434,17 +408,8 @@ def piston_after(plant: Plant) -> list[Equation]:
             return _started(F_before, F, s, cylinder)
         return _kicked(v, (F_before + F) / 2, s, cylinder)
 
+    net_force, known = partial(_net_force, cylinder=cylinder), "x_after stop v v_free F_before F_after s_part"
     return [
-        Equation(
-            ("F_after",),
-            lambda *y: _net_force(*y, cylinder=cylinder),
-            ("P_A_after", "P_B_after", "force"),
-            "N, eq (3)",
-        ),
-        Equation(
-            ("v_after",),
-            after,
-            ("x_after", "stop", "v", "v_free", "F_before", "F_after", "s_part"),
-            "m/s, eq (3)",
-        ),
+        equation("F_after", net_force, "P_A_after P_B_after force", "N, eq (3)"),
+        equation("v_after", after, known, "m/s, eq (3)"),
     ]

@@ -1,11 +1,10 @@
 """Systems that are exported and linearised: both chambers by a model, with or without valve and piston."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import complex_value
-from pneumo.equations.chamber_rate import model_and_index
 from pneumo.equations.equation_list import (
     PATHS,
     Equation,
@@ -13,6 +12,7 @@ from pneumo.equations.equation_list import (
     piston_equations,
     valve_equations,
 )
+from pneumo.equations.named_model import model_and_index
 from pneumo.equations.substep import (
     STAGE,
     chamber_pace,
@@ -85,8 +85,12 @@ class System(NamedTuple):
     def states(self) -> tuple[str, ...]:
         """Names of the states, in the order of `rates`."""
         chambers = (f"{name}_{side.name}" for side in Side for name in self.chamber_states)
-        openings = tuple(name.replace("u", "opening") for name in self.commands) if self.dynamics.lag else ()
-        return (*(("x", "v") if self.piston else ()), *openings, *chambers)
+        return (*(("x", "v") if self.piston else ()), *self.openings, *chambers)
+
+    @property
+    def openings(self) -> tuple[str, ...]:
+        """Names of the states of a valve with a lag."""
+        return tuple(name.replace("u", "opening") for name in self.commands) if self.dynamics.lag else ()
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -123,6 +127,18 @@ class System(NamedTuple):
         return [quantities[name.partition("_")[0]] for name in self.states]
 
     @property
+    def at_rest(self) -> list[float]:
+        """State from which runs begin: mid-stroke, at the equilibrium pressure."""
+        c = self.plant.conditions
+        return self.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
+
+    @property
+    def scale(self) -> list[float]:
+        """Typical magnitude of each state."""
+        c, stroke = self.plant.conditions, self.plant.cylinder.stroke
+        return self.state(x=stroke, v=1.0, opening=self.plant.valve.u_max, P=c.P_atm, T=c.T_0)
+
+    @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the inputs."""
         return (*(self.commands or ("m_A", "m_B")), *(("force",) if self.piston else ("x", "v")))
@@ -147,10 +163,12 @@ def system(
     return System(row, n, plant, valve, piston, dynamics, two_valves)
 
 
-def _solve(equations: list[Equation], known: dict[str, Any]) -> None:
+def _solve(
+    equations: list[Equation], known: dict[str, Any], evaluate: Callable[..., Any] = complex_value
+) -> None:
     """Evaluate equations in their order; add their results to the dictionary `known`, by name."""
     for equation in equations:
-        result = complex_value(equation.function, *(known[name] for name in equation.arguments))
+        result = evaluate(equation.function, *(known[name] for name in equation.arguments))
         values = result if isinstance(result, tuple) else (result,)
         known |= zip(equation.names, values, strict=True)
 
@@ -165,16 +183,25 @@ def rates(system: System, state: Sequence[Any], inputs: Sequence[Any]) -> list[A
     if system.piston:
         _solve(piston_equations(system.plant), known)
         result += [known["dx_dt"], known["dv_dt"]]
+    of_chambers = [rate for side in Side for rate in chamber_rates(system, side, known)]
+    result += [known[f"d{name}_dt"] for name in system.openings]
+    return result + of_chambers
+
+
+def chamber_rates(
+    system: System, side: Side, known: dict[str, Any], evaluate: Callable[..., Any] = complex_value
+) -> list[Any]:
+    """Rates of one chamber's states, from the inputs and states in `known`, by name.
+
+    `evaluate` calls a function on what `known` holds: floats, complex numbers, arrays or symbols.
+    """
     if system.valve:
-        _solve(valve_equations(system.plant, system.dynamics, system.two_valves), known)
-    result += [known[f"d{name}_dt"] for name in system.states if name.startswith("opening")]
+        _solve(valve_equations(system.plant, system.dynamics, system.two_valves), known, evaluate)
+    outward = _inside(system, side, known, system.chamber_states)
+    outward |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}
     equations = chamber_equations(system.model, system.n, system.plant, system.valve)
-    for side in Side:
-        outward = _inside(system, side, known, system.chamber_states)
-        outward |= {"x": side.sign * known["x"], "v": side.sign * known["v"]}
-        _solve(equations, outward)
-        result += [outward[f"d{name}_dt"] for name in system.chamber_states]
-    return result
+    _solve(equations, outward, evaluate)
+    return [outward[f"d{name}_dt"] for name in system.chamber_states]
 
 
 def _inside(system: System, side: Side, known: dict[str, Any], states: Sequence[str] = ()) -> dict[str, Any]:

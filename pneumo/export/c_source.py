@@ -6,7 +6,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from sympy.codegen.ast import float32, real
 from sympy.printing.c import C99CodePrinter
 
@@ -15,9 +14,10 @@ from pneumo.equations.equation_list import Statement, with_tangents
 from pneumo.equations.substep import LENGTHS, STAGE
 from pneumo.equations.system import System
 from pneumo.errors import InputError
-from pneumo.export.known_steps import known_steps, scale
+from pneumo.export.known_steps import known_steps
 from pneumo.export.observer_noise import CONSTANTS, FIRST_VARIANCES, STEPS, ObserverNoise
-from pneumo.export.printing import Printed, assignments, block, digits, heading, printed
+from pneumo.export.printing import TEMPLATES, Printed, assignments, block, digits, heading, printed
+from pneumo.linear.observer import FIRST_PRESSURE
 from pneumo.physics.cylinder import Side
 
 KEYWORDS = ("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
@@ -26,14 +26,6 @@ TOLERANCE = {  # of the test program, relative
     "double": 1e-12,  # some hundred roundings of 1.1e-16
     "float": 1e-4,  # the same of 6e-8, and rates that cancel
 }
-TEMPLATES = Environment(
-    loader=PackageLoader("pneumo.export"),
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-    keep_trailing_newline=True,
-    autoescape=False,
-)
 
 
 class _C(C99CodePrinter):
@@ -127,7 +119,7 @@ def c99(
         "constants": parts.constants,
         "inputs": system.inputs,
         "states": system.states,
-        "openings": [name for name in system.states if name.startswith("opening")],
+        "openings": system.openings,
         "own_flows": system.flow_inputs,
         "own_inputs": [*system.flow_inputs, "x", "v"],
         "own_states": list(system.chamber_states),
@@ -155,7 +147,7 @@ def c99(
         "chamber_changes": "",
         "piston_changes": "",
         "vectors": _vectors(system, suffix),
-        "scale": "{" + _listed(scale(system), suffix) + "}",
+        "scale": "{" + _listed(system.scale, suffix) + "}",
         "tolerance": TOLERANCE[precision],
     }
     if derivatives:
@@ -167,21 +159,15 @@ def c99(
         }
         known |= {key: _body(changed, precision, printer) for key, changed in changes.items()}
     if noise:
-        known |= _observer(system, noise, precision)
+        known |= {
+            "steps": {name: digits(value) + suffix for name, value in STEPS.items()},
+            "first": {name: digits(value) + suffix for name, value in FIRST_VARIANCES.items()},
+            "temperature": "T" in system.chamber_states,
+            "places": [f"{system.name}_{name}" for name in noise.readings],
+            "first_pressure": f"{FIRST_PRESSURE:g}",
+        }
     templates = {"source": "model.c.j2", "header": "model.h.j2", "test": "test.c.j2"}
     return {names[key]: TEMPLATES.get_template(name).render(known) for key, name in templates.items()}
-
-
-def _observer(system: System, noise: ObserverNoise, precision: str) -> dict[str, Any]:
-    """Values that the templates need for an observer."""
-    suffix = "f" if precision == "float" else ""
-    return {
-        "steps": {name: digits(value) + suffix for name, value in STEPS.items()},
-        "first": {name: digits(value) + suffix for name, value in FIRST_VARIANCES.items()},
-        "temperature": "T" in system.chamber_states,
-        "places": [f"{system.name}_{name}" for name in noise.readings],
-        "first_pressure": f"{FIRST_VARIANCES['P'] ** 0.5:g}",
-    }
 
 
 def _vectors(system: System, suffix: str) -> list[dict[str, str]]:

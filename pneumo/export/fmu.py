@@ -17,8 +17,8 @@ from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Constant
 from pneumo.equations.system import System, quantity, rate_unit
 from pneumo.errors import InputError
-from pneumo.export.c_source import TEMPLATES, Kink, c99, compiled, printer_of
-from pneumo.export.printing import Printed, digits, heading, printed, validity
+from pneumo.export.c_source import Kink, c99, compiled, printer_of
+from pneumo.export.printing import TEMPLATES, Printed, digits, heading, printed, validity
 from pneumo.physics.cylinder import Side
 
 COMPILER = "gcc"
@@ -122,19 +122,6 @@ def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
     return tuple(result)
 
 
-def _start(system: System) -> list[float]:
-    """State at rest in mid-stroke with the equilibrium pressure, from which runs begin."""
-    c = system.plant.conditions
-    return system.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
-
-
-def _nominals(system: System) -> list[float]:
-    """Typical magnitude of each state, the attribute `nominal` of FMI."""
-    c = system.plant.conditions
-    sizes = {"x": system.plant.cylinder.stroke, "v": 1.0, "opening": system.plant.valve.u_max}
-    return system.state(**sizes, P=c.P_0, T=c.T_0)
-
-
 def _variables(
     system: System, constants: list[Constant], indicators: tuple[Kink, ...], longest_step: str
 ) -> list[Variable]:
@@ -153,9 +140,7 @@ def _variables(
         add(c.name, REFERENCES["PARAMETER"] + i, unit, c.comment, **options)
     for i, name in enumerate(system.inputs):
         add(name, REFERENCES["INPUT"] + i, *quantity(name), causality="input", start="0.0")
-    for i, (name, start, nominal) in enumerate(
-        zip(system.states, _start(system), _nominals(system), strict=True)
-    ):
+    for i, (name, start, nominal) in enumerate(zip(system.states, system.at_rest, system.scale, strict=True)):
         options = {"initial": "exact", "start": digits(start), "nominal": digits(nominal)}
         state = add(name, REFERENCES["STATE"] + i, *quantity(name), causality="output", **options)
         rate = f"der({name})", REFERENCES["RATE"] + i, rate_unit(name), f"rate of {name}"
@@ -201,8 +186,8 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
         "references": REFERENCES,
         "units": UNITS,
         "longest_step": longest_step,
-        "start": [digits(value) for value in _start(system)],
-        "nominals": ", ".join(map(digits, _nominals(system))),
+        "start": [digits(value) for value in system.at_rest],
+        "nominals": ", ".join(map(digits, system.scale)),
         "variables": _variables(system, parts.constants, indicators, longest_step),
     }
 

@@ -6,6 +6,9 @@ import numpy as np
 
 from pneumo.equations.system import System, step
 
+COUNT = 16
+H = 1e-3  # s
+
 
 class KnownStep(NamedTuple):
     """A step of h s with its result: inputs at its start and end, state before and after."""
@@ -15,17 +18,6 @@ class KnownStep(NamedTuple):
     h: float
     before: list[float]
     after: list[float]
-
-
-def scale(system: System) -> list[float]:
-    """Typical magnitude of each state, by which a test program divides its error."""
-    c = system.plant.conditions
-    sizes = {"x": system.plant.cylinder.stroke, "v": 1.0, "opening": system.plant.valve.u_max}
-    return system.state(**sizes, P=c.P_atm, T=c.T_0)
-
-
-COUNT = 16
-H = 1e-3  # s
 
 
 def known_steps(system: System) -> list[KnownStep]:

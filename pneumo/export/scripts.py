@@ -9,7 +9,7 @@ from sympy.printing.pycode import PythonCodePrinter
 from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Statement, names_in
 from pneumo.equations.system import System
-from pneumo.export.printing import assignments, block, digits, heading, indented, printed
+from pneumo.export.printing import TEMPLATES, assignments, digits, heading, indented, printed
 from pneumo.physics.cylinder import Side
 
 MATLAB_KEYWORDS = ("if {}", "elseif {}", "else", "end")
@@ -25,53 +25,43 @@ class _Python(PythonCodePrinter):
         return digits(float(expr))
 
 
-def _lists(system: System) -> dict[str, str]:
-    """Comma-separated arguments and rates, by key: of the whole system, of chamber A or B, and of either."""
-    states = system.chamber_states
-    lists = {
-        "arguments": ", ".join((*system.inputs, *system.states)),
-        "rates": ", ".join(f"d{name}_dt" for name in system.states),
-        "of_either": ", ".join((*system.flow_inputs, "x", "v", *states, *system.of_chambers["A"])),
-        "rates_of_either": ", ".join(f"d{name}_dt" for name in states),
-    }
+def _rendered(template: str, system: System, **known: Any) -> str:
+    """Text of a template, from the arguments and rates of the system, of chamber A or B, and of either."""
+    states, either = system.chamber_states, list(system.of_chambers["A"])
+    arguments = {"either": [*system.flow_inputs, "x", "v", *states, *either]}
+    rates = {"either": [f"d{name}_dt" for name in states]}
     for side in Side:
         minus, at = "-" * (side.sign < 0), side.name
         flows = ("-" * (sign < 0) + name for sign, name in system.flows(side).values())
         named, constants = (f"{name}_{at}" for name in states), system.of_chambers[at].values()
-        lists[at] = ", ".join((*flows, f"{minus}x", f"{minus}v", *named, *constants))
-        lists[f"rates_{at}"] = ", ".join(f"d{name}_{at}_dt" for name in states)
-    return lists
+        arguments[at] = [*flows, f"{minus}x", f"{minus}v", *named, *constants]
+        rates[at] = [f"d{name}_{at}_dt" for name in states]
+    return TEMPLATES.get_template(template).render(
+        M=system.name,
+        openings=system.openings,
+        arguments=[*system.inputs, *system.states],
+        rates=[f"d{name}_dt" for name in system.states],
+        arguments_of=arguments,
+        rates_of=rates,
+        **known,
+    )
 
 
 def matlab(system: System) -> str:
     """Source of a MATLAB function of the rates, named <model>_dP_dt; Octave runs it too."""
-    outer, body, printer = list[str](), list[str](), _Octave({})
-    parts, names = printed(system), _lists(system)
-    of_body = names_in(tuple(s.value for s in parts.chamber))
-    of_outer = names_in(tuple(s.value for s in parts.valve))
-    of_outer = of_outer.union(*(of.values() for of in system.of_chambers.values()))
-    for lines, names_of in ((outer, of_outer), (body, of_body)):
-        lines += [
-            f"{c.name} = {digits(c.value)}; % {c.comment}" for c in parts.constants if c.name in names_of
-        ]
-    for lines, assigned in ((outer, parts.valve), (body, parts.chamber)):
-        for s in assigned:
-            lines.append(f"% {', '.join(s.names)}: {s.comment}")
-            lines += assignments(s.names, s.value, "{} = {};", printer, MATLAB_KEYWORDS)
-    return f"""\
-function [{names["rates"]}] = {system.name}_dP_dt({names["arguments"]})
-{heading(system, "% ")}
-% Scalars only.
-{block(outer)}
-    [{names["rates_A"]}] = chamber({names["A"]});
-    [{names["rates_B"]}] = chamber({names["B"]});
-end
+    parts, printer = printed(system), _Octave({})
+    of_chambers = {name for of in system.of_chambers.values() for name in of.values()}
 
-function [{names["rates_of_either"]}] = chamber({names["of_either"]})
-% One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3.
-{block(body)}
-end
-"""
+    def lines(statements: list[Statement], also: set[str]) -> list[str]:
+        names = names_in(tuple(s.value for s in statements)) | also
+        result = [f"{c.name} = {digits(c.value)}; % {c.comment}" for c in parts.constants if c.name in names]
+        for s in statements:
+            result.append(f"% {', '.join(s.names)}: {s.comment}")
+            result += assignments(s.names, s.value, "{} = {};", printer, MATLAB_KEYWORDS)
+        return indented(result)
+
+    known = {"outer": lines(parts.valve, of_chambers), "body": lines(parts.chamber, set())}
+    return _rendered("script.m.j2", system, heading=heading(system, "% "), **known)
 
 
 def _nested(value: Any, i: int, printer: CodePrinter) -> list[str]:
@@ -99,33 +89,7 @@ def _assigned(statements: list[Statement]) -> list[str]:
 
 def casadi(system: System) -> str:
     """Source of a Python function that makes a `casadi.Function` of the rates, named <model>_dP_dt."""
-    parts, names = printed(system), _lists(system)
-    followed = "".join(f"{line}\n" for line in _assigned(parts.valve))
-    openings = "".join(f"d{name}_dt, " for name in system.states if name.startswith("opening"))
-    given = [f"{c.name} = {digits(c.value)}  # {c.comment}\n" for c in parts.constants]
-    rates = [f"d{name}_dt" for name in system.states]
-    return f'''\
-"""
-{heading(system)}
-"""
-
-from casadi import SX, Function, fabs, if_else, sqrt
-
-{"".join(given)}
-
-def chamber({names["of_either"]}):
-    """One chamber, with u, x, v counted outward from it; area in m^2, dead volume in m^3."""
-{block(_assigned(parts.chamber))}
-    return [{names["rates_of_either"]}]
-
-
-names = {list((*system.inputs, *system.states))!r}
-{names["arguments"]} = map(SX.sym, names)
-{followed}{system.name}_dP_dt = Function(
-    "{system.name}_dP_dt",
-    [{names["arguments"]}],
-    [{openings}*chamber({names["A"]}), *chamber({names["B"]})],
-    names,
-    {rates!r},
-)
-'''
+    parts = printed(system)
+    constants = [f"{c.name} = {digits(c.value)}  # {c.comment}" for c in parts.constants]
+    known = {"outer": _assigned(parts.valve), "body": indented(_assigned(parts.chamber))}
+    return _rendered("script.py.j2", system, heading=heading(system), constants=constants, **known)

@@ -4,14 +4,14 @@ Only features of the second edition of the standard are used, neither methods no
 text serves every controller with function blocks.
 """
 
+import re
 from importlib.metadata import version
 
 from pneumo.equations.substep import LENGTHS, STAGE
 from pneumo.equations.system import System
 from pneumo.errors import InputError
-from pneumo.export.c_source import TEMPLATES
-from pneumo.export.known_steps import known_steps, scale
-from pneumo.export.printing import Substep, heading, printed
+from pneumo.export.known_steps import known_steps
+from pneumo.export.printing import TEMPLATES, heading, printed
 from pneumo.export.st_parts import (
     OF_CHAMBER,
     OF_CONSTANTS,
@@ -38,11 +38,30 @@ LISTS = {  # of PLCopen XML: element, and whether its variables are constant
 
 def block(system: System, precision: str) -> Unit:
     """Function block in Structured Text that integrates a system."""
-    parts, c, real = printed(system), system.plant.conditions, TYPES[precision]
+    parts, real = printed(system), TYPES[precision]
     inside, outside = (Text(precision, OF_CONSTANTS | names) for names in (OF_CHAMBER, OF_PISTON))
-    rest = system.state(x=0.0, v=0.0, opening=0.0, P=c.P_0, T=c.T_0)
-    starts = dict(zip(system.states, numbers(rest, precision), strict=True))
-    openings = [name for name in system.states if name.startswith("opening")]
+    starts = dict(zip(system.states, numbers(system.at_rest, precision), strict=True))
+    of_piston = {name: outside for name in ("valve", "before", "after", "opened")}
+    known = {
+        "inputs": system.inputs,
+        "states": system.states,
+        "own_states": system.chamber_states,
+        "P_A": system.states.index("P_A"),
+        "openings": system.openings,
+        "chambers": {
+            side.name: {
+                inside.name(name): "-" * (sign < 0) + outside.name(outer)
+                for name, (sign, outer) in system.flows(side).items()
+            }
+            | system.of_chambers[side.name]
+            for side in Side
+        },
+        **{part: lines(of, of_piston.get(part, inside)) for part, of in parts.substep._asdict().items()},
+        "lengths": {name: number(value, precision) for name, value in LENGTHS.items()},
+        "stage": number(STAGE, precision),
+        "piston": system.piston,
+    }
+    body = TEMPLATES.get_template("block.st.j2").render(known).rstrip()
     inputs = [
         *(Variable(name, real, (number(0.0, precision),), described(name)) for name in system.inputs),
         Variable("h", real, (number(1e-3, precision),), "s, step"),
@@ -56,50 +75,21 @@ def block(system: System, precision: str) -> Unit:
             for c in parts.constants
         ),
     ]
-    outputs = [Variable(name, real, (start,), described(name)) for name, start in starts.items()]
-    failed = "h, a volume, a pressure or a temperature is not positive"
-    outputs.append(Variable("failed", "BOOL", ("FALSE",), failed))
-    of_piston = {name: outside for name in ("valve", "before", "after", "opened")}
-    printers = {name: of_piston.get(name, inside) for name in Substep._fields}
-    statements = {name: getattr(parts.substep, name) for name in Substep._fields}
-    reals = [printers[part].name(name) for part, of in statements.items() for s in of for name in s.names]
-    reals += [f"{name}_before" for name in system.inputs]
-    reals += [f"{name}_stage" for name in system.inputs if name not in ("x", "v")]
-    reals += [outside.name(name) for name in ["x", "v", "P_A", "P_B"] * system.piston + openings]
-    reals += [inside.name(name) for name in (*system.flow_inputs, *system.chamber_states, "x", "v")]
-    reals += [*system.of_chambers["A"], "x_middle", "v_middle", "x_last", "v_last", "x_mid", "v_mid"]
-    reals += ["x_end", "v_end", "remaining", "length", "fastest"]
-    reals += [f"{name}_{side.name}_after" for name in ("P",) * system.piston for side in Side]
-    last = (len(system.states) - 1,)
+    failed = Variable(
+        "failed", "BOOL", ("FALSE",), "h, a volume, a pressure or a temperature is not positive"
+    )
+    outputs = [*(Variable(name, real, (start,), described(name)) for name, start in starts.items()), failed]
     internal = [
-        *(Variable(name, real, last=last) for name in ("state", "stage")),
-        *(Variable(name, real) for name in dict.fromkeys(reals)),
+        *(Variable(name, real, last=(len(system.states) - 1,)) for name in ("state", "stage")),
         Variable("started", "BOOL", ("FALSE",)),
         *(Variable(name, "INT") for name in ("i", "k", "side", "first")),
     ]
-    known = {
-        "inputs": system.inputs,
-        "states": system.states,
-        "own_states": system.chamber_states,
-        "P_A": system.states.index("P_A"),
-        "openings": openings,
-        "chambers": {
-            side.name: {
-                inside.name(name): "-" * (sign < 0) + outside.name(outer)
-                for name, (sign, outer) in system.flows(side).items()
-            }
-            | system.of_chambers[side.name]
-            for side in Side
-        },
-        **{part: lines(of, printers[part]) for part, of in statements.items()},
-        "lengths": {name: number(value, precision) for name, value in LENGTHS.items()},
-        "stage": number(STAGE, precision),
-        "piston": system.piston,
-    }
+    declared = {variable.name for variable in (*inputs, *outputs, *internal)}
+    assigned = dict.fromkeys(re.findall(r"^ *(\w+) :=", body, re.MULTILINE))
+    internal += [Variable(name, real) for name in assigned if name not in declared]
     in_ms = {name: f"{1e3 * LENGTHS[name]:g}" for name in ("longest", "shortest")}
     comment = TEMPLATES.get_template("head.st.j2").render(heading=heading(system), **in_ms).rstrip()
     declarations = {"VAR_INPUT": inputs, "VAR_OUTPUT": outputs, "VAR": internal}
-    body = TEMPLATES.get_template("block.st.j2").render(known).rstrip()
     return Unit("FUNCTION_BLOCK", f"Pneumo_{system.name}", comment, declarations, body)
 
 
@@ -116,7 +106,7 @@ def program(system: System, precision: str) -> Unit:
         )
         for key in ("start", "end", "before", "after")
     ]
-    constants.append(Variable("scale", real, numbers(scale(system), precision), last=of_state))
+    constants.append(Variable("scale", real, numbers(system.scale, precision), last=of_state))
     variables = [
         Variable("model", block),
         Variable("passed", "BOOL", ("FALSE",), "all steps agree"),

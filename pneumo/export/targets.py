@@ -69,51 +69,47 @@ def exported(
         If there is no such model or target, n or an option is bad, or the model's name cannot be the
         name of a function.
     """
-    if observer is not None and not dynamics.proportional:
-        raise InputError(
-            "--observer: not for a cylinder with valve_dynamics: its filter models no lag or dead band"
-        )
-    if observer is not None and two_valves:
-        raise InputError("--observer: not with --two-valves: its filter models one valve")
     moving = piston or observer is not None
     chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics, two_valves=two_valves)
-    if target not in TARGETS:
-        raise InputError(f"--to {target}: no such target; there are {', '.join(TARGETS)}")
-    if precision not in PRECISIONS:
-        raise InputError(f"--precision {precision}: must be one of {', '.join(PRECISIONS)}")
-    if precision == "float" and target not in STEPPING:
-        raise InputError(
-            f"--precision float: only with --to c and --to st; {target} computes in double precision"
-        )
-    if target in ("matlab", "casadi") and observer is None and (piston or not valve):
-        raise InputError(
+    name, script = chosen.name, target in ("matlab", "casadi")
+    problems = {
+        f"--to {target}: no such target; there are {', '.join(TARGETS)}": target not in TARGETS,
+        f"--precision {precision}: must be one of {', '.join(PRECISIONS)}": precision not in PRECISIONS,
+        f"--precision float: only with --to c and --to st; {target} computes in double precision": (
+            precision == "float" and target not in STEPPING
+        ),
+        f"model name {name!r}: must be letters, digits and _; an exported function gets this name": not (
+            name.isascii() and name.isidentifier()
+        ),
+    }
+    if observer is None:
+        scope = (
             f"--piston, --no-valve: only with --to c, st and fmu; {target} gets the chambers with their valve"
         )
-    if not (chosen.name.isascii() and chosen.name.isidentifier()):
-        raise InputError(
-            f"model name {chosen.name!r}: must be letters, digits and _; an exported function gets this name"
-        )
-    if observer is not None and (target != "c" or not valve):
-        raise InputError("--observer: only with --to c, and without --no-valve")
-    stem = chosen.name if stem is None else stem
-    if target == "c" and not (stem.isprintable() and not {*stem} & {'"', "\\"}):
-        raise InputError(
-            f"--output {stem!r}: its #include could not be read; leave out quotes and backslashes"
-        )
-    if target in STEPPING:
-        noise = None if observer is None else observer_noise(chosen, observer)
-        files = (
-            c99(chosen, stem, precision, noise=noise)
-            if target == "c"
-            else structured_text(chosen, stem, precision)
-        )
-        return {name: text.encode() for name, text in files.items()}
+        problems[scope] = script and (piston or not valve)
+    else:
+        problems["--observer: only with --to c, and without --no-valve"] = target != "c" or not valve
+        lagging = "--observer: not for a cylinder with valve_dynamics: its filter models no lag or dead band"
+        problems[lagging] = not dynamics.proportional
+        problems["--observer: not with --two-valves: its filter models one valve"] = two_valves
+    stem = name if stem is None else stem
+    unreadable = f"--output {stem!r}: its #include could not be read; leave out quotes and backslashes"
+    problems[unreadable] = target == "c" and not (stem.isprintable() and not {*stem} & {'"', "\\"})
+    for text, wrong in problems.items():
+        if wrong:
+            raise InputError(text)
     if target == "fmu":
         from pneumo.export.fmu import fmu
 
         return {f"{stem}.fmu": fmu(chosen, fmi)}
-    suffix, text = (".m", matlab(chosen)) if target == "matlab" else (".py", casadi(chosen))
-    return {stem + suffix: text.encode()}
+    if target == "c":
+        noise = None if observer is None else observer_noise(chosen, observer)
+        files = c99(chosen, stem, precision, noise=noise)
+    elif target == "st":
+        files = structured_text(chosen, stem, precision)
+    else:
+        files = {f"{stem}.m": matlab(chosen)} if target == "matlab" else {f"{stem}.py": casadi(chosen)}
+    return {name: text.encode() for name, text in files.items()}
 
 
 def write_files(files: dict[str, bytes], folder: Path) -> None:

@@ -17,7 +17,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.physics.cylinder import chamber_of, volume
 from pneumo.physics.valve import choked_flow
-from pneumo.simulation.fitted_pressures import KUTTA
+from pneumo.simulation.fitted_pressures import NODES
 
 LONGEST_STEP, SHORTEST_STEP = 1e-3, 2e-5  # s; the first is the step of the paper's study
 LARGEST_CHANGE = 0.25  # of a pressure within a step, over the supply's
@@ -132,7 +132,7 @@ def stage_signals(
     longest, u_max = LONGEST_STEP if m is not None else longest_step(plant, u, x), plant.valve.u_max
     t, within = period * np.arange(len(u)), int(np.ceil(period / longest * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)
-    at = (np.arange(steps)[:, None] + KUTTA.c) * h  # times of the stages
+    at = (np.arange(steps)[:, None] + NODES) * h  # times of the stages
     held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
     limited = np.clip(held_u if command.held else np.interp(at, t, u), -u_max, u_max)
     ends = record_ends(begins, len(x))

@@ -8,7 +8,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.system import system
 from pneumo.errors import InputError
-from pneumo.linear.linear_model import state_matrix
+from pneumo.linear.linear_model import derivatives
 from pneumo.physics.models import Model
 
 
@@ -39,7 +39,8 @@ def natural_modes(
     for (i, position), (j, P_A) in product(enumerate(x.tolist()), enumerate(P.tolist())):
         known = {"x": position, "v": 0.0, "P_A": P_A, "P_B": P_A * cylinder.A_A / cylinder.A_B}
         known |= {"T_A": T_0, "T_B": T_0}
-        poles = np.linalg.eigvals(state_matrix(smooth, [known[name] for name in smooth.states], [0.0] * 3))
+        A_B = derivatives(smooth, [known[name] for name in smooth.states], [0.0] * 3)
+        poles = np.linalg.eigvals(A_B[:, : len(A_B)])
         pole = poles[np.argmax(poles.imag)]
         if pole.imag > 0:
             modes[:, i, j] = abs(pole) / (2 * np.pi), -pole.real / abs(pole)

@@ -29,25 +29,14 @@ class Linear(NamedTuple):
     D: np.ndarray  #: zero
 
 
-def state_matrix(system: System, state: Sequence[float], inputs: Sequence[float]) -> np.ndarray:
-    """Matrix A of the linear model at a state and inputs, exact to rounding: shape (states, states)."""
-    return _derivatives(system, [*state, *inputs], range(len(state)))
-
-
-def all_derivatives(system: System, point: Sequence[float]) -> np.ndarray:
-    """Matrices A and B of the linear model side by side, at a point (states, then inputs)."""
-    return _derivatives(system, point, range(len(point)))
-
-
-def _derivatives(system: System, point: Sequence[float], columns: range) -> np.ndarray:
-    """Derivatives of the rates with respect to some of the states and inputs, a column for each."""
-    derivatives, count = list[list[float]](), len(system.states)
-    for k in columns:
+def derivatives(system: System, state: Sequence[float], inputs: Sequence[float]) -> np.ndarray:
+    """Matrices A and B of the linear model side by side, at a state and inputs; exact to rounding."""
+    point, columns = [*state, *inputs], list[list[float]]()
+    for k in range(len(point)):
         stepped = [complex(value, IMAGINARY_STEP * (j == k)) for j, value in enumerate(point)]
-        derivatives.append(
-            [rate.imag / IMAGINARY_STEP for rate in rates(system, stepped[:count], stepped[count:])]
-        )
-    return np.array(derivatives).T
+        changed = rates(system, stepped[: len(state)], stepped[len(state) :])
+        columns.append([rate.imag / IMAGINARY_STEP for rate in changed])
+    return np.array(columns).T
 
 
 def _check_point(system: System, point: dict[str, float]) -> None:
@@ -153,9 +142,8 @@ def linearise(
     point |= {"T_A": T_0 if T_A is None else T_A, "T_B": T_0 if T_B is None else T_B}
     _check_point(linearised, point)
     names, inputs = linearised.states, linearised.inputs
-    values, count = [point[name] for name in (*names, *inputs)], len(names)
-    A = _derivatives(linearised, values, range(count))
-    B = _derivatives(linearised, values, range(count, len(values)))
+    at = ([point[name] for name in part] for part in (names, inputs))
+    A, B = np.hsplit(derivatives(linearised, *at), [len(names)])
     C, D = np.eye(len(names)), np.zeros(B.shape)
     if find_spec("control") is None:
         return Linear(A, B, C, D)

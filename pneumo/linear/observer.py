@@ -5,14 +5,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+import pneumo.core as core
 from pneumo.configuration.experiment import Plant
-from pneumo.equations.chamber_rate import lane_for
+from pneumo.equations.named_model import lane_for
 from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError
 from pneumo.physics.models import Model, full_order_lane
-from pneumo.simulation.kalman_filter import STATES, FilterModel, Noise, estimated
 
 FORCE_NOISE, PRESSURE_NOISE = 3e-4, 3e3  # process noise: s^0.5, over P_s A_A; Pa/s^0.5
+# First estimate's standard deviations and steps of derivatives, as in kalman.c and in exported observers
+FIRST_PRESSURE = 2e4  # Pa, of either pressure
+FIRST_TEMPERATURE = 5.0  # K, likewise
+DX, DV, DP, DT = 1e-4, 1e-2, 1e-3, 0.1  # strokes; m/s; P_0; K
 
 
 class Estimate(NamedTuple):
@@ -133,14 +137,25 @@ def ekf(
     if start.shape != (2,) or not (np.isfinite(start) & (start > 0)).all():
         raise InputError(f"first = {first}: must be two positive pressures, Pa")
     force = FORCE_NOISE * plant.conditions.P_s * plant.cylinder.A_A if force_noise is None else force_noise
-    noise = Noise(float(force), float(pressure_noise), x_deviation**2, pressure_deviation**2)
-    chosen = FilterModel(bool(estimate_k_0), row)
-    states, variances = estimated(position, P, command, start, chosen, plant, noise, float(h))
+    samples = len(command)
+    states, variances = np.empty((samples, 7)), np.empty((samples, 7))  # x, v, P_A, P_B, T_A, T_B, ln k_0
+    core.lib.kalman_filter(
+        core.array("x", position, (samples,)),
+        core.array("P", P, (samples, 2)),
+        core.array("u", command, (samples,)),
+        core.array("first", start, (2,)),
+        samples,
+        core.struct("FilterModel", (bool(estimate_k_0), row)),
+        core.struct("Plant", plant),
+        core.struct("Noise", (force, pressure_noise, x_deviation**2, pressure_deviation**2)),
+        h,
+        core.out(states),
+        core.out(variances),
+    )
     deviation = np.sqrt(variances)
     if not full:
         states[:, 4:6], deviation[:, 4:6] = np.nan, 0.0
     if not estimate_k_0:
-        deviation[:, STATES.index("ln k_0")] = 0.0
-    k_0 = plant.k_0 * np.exp(states[:, STATES.index("ln k_0")])
-    columns = (states[:, s] for s in range(6))
-    return Estimate(h * np.arange(len(command)), *columns, k_0=k_0, deviation=deviation)
+        deviation[:, 6] = 0.0
+    k_0 = plant.k_0 * np.exp(states[:, 6])
+    return Estimate(h * np.arange(samples), *states[:, :6].T, k_0=k_0, deviation=deviation)

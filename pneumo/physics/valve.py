@@ -3,7 +3,6 @@
 Functions take floats; `mass_flow` and `choked_flow` also take quantities with units.
 """
 
-from collections.abc import Iterator
 from decimal import Decimal
 from typing import NamedTuple, TypeVar
 
@@ -57,20 +56,13 @@ class Paths(NamedTuple):
     @property
     def both_open(self) -> bool:
         """Whether a chamber has both paths open at some command."""
-        pairs = zip(self.supply, self.exhaust, strict=True)
-        return any(
-            bool(supply[i] and exhaust[j]) for supply, exhaust in pairs for i, j in _neighbours(self.knots)
-        )
+        pairs, spans = zip(self.supply, self.exhaust, strict=True), range(max(self.knots - 1, 1))
+        return any(any(a[i : i + 2]) and any(b[i : i + 2]) for a, b in pairs for i in spans)
 
     @property
     def one_at_a_time(self) -> bool:
         """Whether a chamber has never both paths open, and every path has the critical ratio of the gas."""
         return not self.both_open and not self.b
-
-
-def _neighbours(count: int) -> Iterator[tuple[int, int]]:
-    """Pairs of knots between which both paths are open if one is open at the first, one at the second."""
-    return ((i, j) for i in range(count) for j in (i - 1, i, i + 1) if 0 <= j < count)
 
 
 class Valve(NamedTuple):

@@ -18,7 +18,7 @@ from pneumo.configuration.uncertain import GROUPS, Uncertain, plant_with
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.simulation.full_order import Recording, record, recorded, thermal_time_constant
-from pneumo.simulation.replay import full_order_mse, replay
+from pneumo.simulation.replay import replay
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.error_budget import FULL_ORDER, NOTHING
 from pneumo.storage.files import attributes, write
@@ -122,7 +122,8 @@ def _errors(recording: Recording, plant: Plant, rows: Sequence[tuple[str, float]
     lanes = lane_array([lane(MODELS[model], n, gamma) for model, n in rows])
     cells = replay(recording, lanes, EXACT_SAMPLING, len(recording.u) - 1)
     mse = np.where(cells.status != 0, np.nan, cells.mse)
-    return np.vstack([mse, full_order_mse(recording, [full_order_lane(gamma)], EXACT_SAMPLING)])
+    full = replay(recording, lane_array([full_order_lane(gamma)]), EXACT_SAMPLING, len(recording.u) - 1)
+    return np.vstack([mse, full.mse])
 
 
 def stroke_errors(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:

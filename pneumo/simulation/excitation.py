@@ -6,6 +6,7 @@ generates: a multiplicative congruential generator with the polar method, second
 
 from collections.abc import Iterator
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
@@ -97,14 +98,11 @@ def reversed_late(u: np.ndarray, draws: np.ndarray, late: float) -> np.ndarray:
     return draws * ((1 - late) * sign + late * before)
 
 
-def command(reference: float, x: float, drive: Drive) -> float:
-    """Command to the valve before its limiter, V: Figs 4 and 5."""
+def command(reference: Any, x: Any, drive: Drive) -> Any:
+    """Command to the valve before its limiter, V, of floats or arrays: Figs 4 and 5."""
     if drive.closed_loop:
         return drive.k_p * (reference - x)
     if not drive.each_stage:
         return reference  # reversed, if at all, for the whole step
-    if x >= drive.x_reverse:
-        return -abs(reference)
-    if x <= -drive.x_reverse:
-        return abs(reference)
-    return reference
+    forced = np.abs(x) >= drive.x_reverse
+    return np.where(forced, -np.sign(x) * np.abs(reference), reference)

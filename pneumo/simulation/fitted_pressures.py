@@ -16,10 +16,9 @@ from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import chamber_of
 from pneumo.physics.models import Lane
 from pneumo.simulation.replay import ROW, WIDTH, LanesSideBySide
-from pneumo.simulation.tableau import explicit
 
-KUTTA = explicit([[1 / 2], [-1, 2]], [1 / 6, 2 / 3, 1 / 6])
-STAGES = len(KUTTA.b)
+NODES = np.array([0, 1 / 2, 1])  # of the stages of Kutta's third-order method, over the step
+STAGES = len(NODES)
 
 
 def pressures_of_sets(
@@ -43,7 +42,7 @@ def pressures_of_sets(
     Parameters
     ----------
     u : numpy.ndarray
-        Limited command, V, at every stage of `KUTTA`: shape (steps, 3).
+        Limited command, V, at every stage, as in `NODES`: shape (steps, 3).
     motions : numpy.ndarray
         Position, m, and velocity, m/s, at every stage: shape (motion, steps, 3, 2). Every set of parameters
         is replayed on each.

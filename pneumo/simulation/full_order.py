@@ -11,8 +11,7 @@ import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Experiment, Plant
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Side, chamber_of, volume
-from pneumo.simulation.excitation import reference_series, reversed_late
-from pneumo.simulation.tableau import STAGES
+from pneumo.simulation.excitation import command, reference_series, reversed_late
 
 MOST_HALVINGS = 20  # that the core accepts for a step
 # Estimated error over P_0, T_0 or the stroke above which the core halves a step
@@ -127,19 +126,6 @@ class Recording(NamedTuple):
     u_B: np.ndarray | None = None  # command of chamber B's own valve, V; None: the chambers share one
 
 
-def command_series(states: np.ndarray, reference: np.ndarray, drive: Drive) -> np.ndarray:
-    """Command before the limiter at every step, V, shape (steps + 1,)."""
-    u = np.empty(len(reference))
-    core.lib.command_series(
-        core.array("states", states, (len(u), 6)),
-        core.array("reference", reference, (len(u),)),
-        len(u),
-        core.struct("Drive", drive),
-        core.out(u),
-    )
-    return u
-
-
 def core_recording(recording: Recording) -> Any:
     """C struct of a recording; it keeps the arrays alive that the core reads.
 
@@ -173,20 +159,6 @@ def core_sampling(sampling: Sampling) -> Any:
     return core.struct("Sampling", sampling)
 
 
-def stage_signals(recording: Recording, sampling: Sampling, k: int, halvings: int = 0) -> np.ndarray:
-    """Limited u, x, v and chamber B's own u that step k of a replay reads: shape (part, 7, 4).
-
-    They are those at its six stages and at its end. The step is divided into 2**halvings equal parts. With
-    exact sampling the full-order states are integrated again; otherwise the command is limited after it was
-    read.
-    """
-    inputs = np.empty((1 << core.whole("halvings", halvings, 0, MOST_HALVINGS), STAGES + 1, 4))
-    core.whole("k", k, 0, len(recording.states) - 2)
-    struct, rule = core_recording(recording), core_sampling(sampling)
-    core.lib.stage_signals(struct, rule, k, halvings, core.out(inputs))
-    return inputs
-
-
 def supplied_mass(recording: Recording) -> np.ndarray:
     """Mass that flows from the supply into both chambers in each step, kg: shape (steps,)."""
     steps = len(recording.states) - 1
@@ -209,14 +181,13 @@ def recorded(experiment: Experiment, draws: np.ndarray, start: np.ndarray | None
     `draws` is the reference before any reversal, m or V, shape (steps + 1,). The run begins at the state
     `start`, by default at equilibrium.
     """
-    drive, plant = experiment.drive, experiment.plant
-    most = experiment.most_halvings
+    drive, plant, most = experiment.drive, experiment.plant, experiment.most_halvings
     y_0 = equilibrium(plant) if start is None else start
     states, reference, halvings = run(y_0, draws, 0.0, drive, plant, experiment.h, most)
     status, step = failure(states)
     if status != RAN:
         states[step + 1 :] = np.nan
-    u = command_series(states, reference, drive)
+    u = command(reference, states[:, 0], drive)
     u = reversed_late(u, draws, drive.late) if drive.late else u
     return Recording(states, reference, u, drive, plant, experiment.h, halvings, most)
 

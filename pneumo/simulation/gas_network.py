@@ -15,7 +15,6 @@ import numpy as np
 import pneumo.core as core
 from pneumo.physics.models import Lane, Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas
-from pneumo.simulation.tableau import STAGES
 
 LAMINAR = 5e-3  # 1 - P_d / P_u below which a flow is proportional to it: no step follows the bare root
 # Rate times step, for the fastest node, up to which a step is stable; the method's own limit is 3.3.
@@ -142,9 +141,9 @@ def replay(
             core.whole("end of a link", end, 0, ends - 1)
     states = np.full((samples, 3 * count), np.nan)
     core.lib.replay_network(
-        core.array("nodes", rows, (count, len(Lane._fields) + len(Node._fields) - 1)),
+        core.rows("nodes", rows, "Node", len(Lane._fields) + len(Node._fields) - 1),
         count,
-        core.array("links", np.array(links, dtype=float).reshape(len(links), 4), (None, 4)),
+        core.rows("links", np.array(links, dtype=float).reshape(len(links), 4), "Link", 4),
         len(links),
         core.array("surroundings", np.array(surroundings, dtype=float).reshape(-1, 2), (None, 2)),
         len(surroundings),
@@ -155,7 +154,7 @@ def replay(
         core.struct("Gas", gas),
         h,
         core.whole("parts", parts, 1),
-        core.out(np.empty((2 * STAGES + 1) * 3 * count + 5 * ends)),
+        core.out(np.empty((2 * core.lib.STAGES + 1) * 3 * count + 5 * ends)),
         core.out(states),
     )
     P, T, T_store = states.T.reshape(3, *V.shape)

@@ -8,7 +8,7 @@ import numpy as np
 import pneumo.core as core
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import Sampling
-from pneumo.physics.models import Lane, lane_array
+from pneumo.physics.models import Lane
 from pneumo.simulation.full_order import RAN, Recording, core_recording, core_sampling, failure
 from pneumo.simulation.polynomials import EXP_REACH, FLOW_TOLERANCE, flow_polynomial
 
@@ -99,14 +99,6 @@ def replay_in_parts(
         for values, values_of_rest in zip(result[:-1], one_by_one[:-1], strict=True):
             values[rest] = values_of_rest
     return result
-
-
-def full_order_mse(recording: Recording, lanes: list[Lane], sampling: Sampling) -> np.ndarray:
-    """Mean square pressure error of full orders with other parameters, Pa^2, shape (lane, chamber).
-
-    `lanes` are from `pneumo.physics.models.full_order_lane`. NaN where a replay or the run itself failed.
-    """
-    return replay_in_parts(recording, lane_array(lanes), sampling, lambda *_: None).mse
 
 
 def first_states(recording: Recording, lanes: np.ndarray, sampling: Sampling) -> np.ndarray:

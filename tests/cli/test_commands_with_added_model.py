@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneumo import MODELS, Model, linearise, recorded, replay, simulate
-from pneumo.equations.chamber_rate import model_row
+from pneumo.equations.named_model import model_row
 from pneumo.export import TARGETS, exported
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.record.measurement import Measurement

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from bad_input import error_of
+from readable_equations import replay_lane
 from valve_paths import BASE, CURVE, FOUR, OVERLAP, STRAIGHT, plant
 
 import pneumo
@@ -12,7 +13,6 @@ from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.schema_parts import merged
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
-from pneumo.simulation.reference import replay_lane
 from pneumo.simulation.replay import replay, replay_one_by_one
 
 BOTH = CURVE | {"exhaust_C_dm3_per_sbar": [1] * 7}
@@ -81,7 +81,7 @@ def test_runs_and_replays_of_the_core_are_those_of_the_readable_equations():
         )
         np.testing.assert_allclose(side_by_side, one_by_one, rtol=1e-6)
         for side in pneumo.physics.cylinder.Side:
-            again = replay_lane(run, lane(MODELS["M8"], 1.3, 1.4), EXACT_SAMPLING, side)
+            again = replay_lane(run, lane(MODELS["M8"], 1.3, 1.4), side)
             np.testing.assert_allclose(side_by_side[1, side], again, rtol=1e-6)
     rest = pneumo.simulate(plant(curve=OVERLAP), 1e-3, command=np.zeros(3001), start="rest")
     # Between supply and atmosphere, as a half-bridge.

@@ -10,29 +10,28 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from paper_study import STUDY, lasting
-
-import pneumo.core as core
-from pneumo.configuration.experiment import Drive, Plant
-from pneumo.configuration.sampling import INTERPOLATED, Sampling
-from pneumo.physics.cylinder import Cylinder, acceleration, chamber_of, sign_of
-from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_array
-from pneumo.physics.valve import Conditions, Gas, Valve
-from pneumo.simulation import polynomials
-from pneumo.simulation.fitted_pressures import pressures_of_sets
-from pneumo.simulation.full_order import STEP_TOLERANCE, equilibrium, record, run, stage_signals
-from pneumo.simulation.kalman_filter import FilterModel, Noise, estimated
-from pneumo.simulation.reference import (
+from readable_equations import (
+    E,
     chamber_rates,
     dormand_prince,
     full_order_rates,
     full_order_step,
 )
+
+import pneumo.core as core
+from pneumo.configuration.experiment import Drive, Plant
+from pneumo.configuration.sampling import INTERPOLATED, Sampling
+from pneumo.physics.cylinder import Cylinder, chamber_of, sign_of
+from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_array
+from pneumo.physics.valve import Conditions, Gas, Valve
+from pneumo.simulation import polynomials
+from pneumo.simulation.fitted_pressures import pressures_of_sets
+from pneumo.simulation.full_order import STEP_TOLERANCE, equilibrium, record, run
 from pneumo.simulation.replay import replay_one_by_one
-from pneumo.simulation.tableau import DORMAND_PRINCE, EMBEDDED_DIFFERENCE
 from pneumo.testing import plants
 
 EPS = np.finfo(float).eps
-TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Sampling, Lane, Noise)
+TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Sampling, Lane)
 HEADER = Path(core.__file__).with_name("maths.h").read_text(encoding="utf-8")
 
 
@@ -133,8 +132,8 @@ UNREADABLE = [
         )
     ),
     *((replay_one_by_one, SHORT, lanes, INTERPOLATED) for lanes in (LANES[:, :9], LANES[0], LANES.T)),
-    (stage_signals, SHORT, Sampling(every=0), 0),
-    (stage_signals, SHORT, Sampling(delay=(np.nan, 0.0, 0.0)), 0),
+    (replay_one_by_one, SHORT, LANES, Sampling(every=0)),
+    (replay_one_by_one, SHORT, LANES, Sampling(delay=(np.nan, 0.0, 0.0))),
     (pressures_of_sets, *sets(core.lib.ROW + 1)),
 ]
 
@@ -205,106 +204,10 @@ def test_a_run_halves_the_steps_whose_error_is_too_large_on_its_own_scale_and_no
 
         end, stages = dormand_prince(rates, state, r.h)
         K = np.array([rates(y, 0) for y in [*stages, end]])
-        error = abs(r.h * EMBEDDED_DIFFERENCE @ K) / scale
+        error = abs(r.h * E @ K) / scale
         largest[k] = error.max() if np.isfinite(error).all() and (end[2:] > 0).all() else np.inf
     clear, halved = abs(largest / 1e-4 - 1) > 1e-6, r.halvings > 0
     assert np.array_equal(halved[clear], (largest > 1e-4)[clear]) and halved.any() and not halved.all()
-
-
-def test_a_full_order_is_halved_for_its_temperature_too():
-    r = coarse_run()
-    found = replay_one_by_one(r, LANES[1:], INTERPOLATED).pressure[0]
-    A, b, c = DORMAND_PRINCE.A, DORMAND_PRINCE.b, r.plant.conditions
-    for_temperature = 0
-    for side in range(2):
-        sign, chamber = sign_of(side), chamber_of(r.plant.cylinder, side)
-        y = r.states[0, 2 + 2 * side :][:2].copy()
-        for k in range(len(r.halvings)):
-            for halvings in range(r.most_halvings + 1):
-                now, errors = y.copy(), np.zeros(2)
-                for inputs in stage_signals(r, INTERPOLATED, k, halvings):
-                    h, K = r.h / 2**halvings, np.zeros((7, 2))
-                    for i in range(7):
-                        at = now + h * (A[i] @ K[:6] if i < 6 else b @ K[:6])
-                        u, x, v = sign * inputs[i][:3]
-                        K[i] = chamber_rates(u, x, v, *at, chamber, r.plant)
-                    now = now + h * b @ K[:6]
-                    errors = np.maximum(errors, abs(h * EMBEDDED_DIFFERENCE @ K) / (c.P_0, c.T_0))
-                if (errors <= 1e-4).all():
-                    break
-                for_temperature += errors[0] <= 1e-4
-            y = now
-            assert found[side, k + 1] == pytest.approx(y[0], rel=1e-8)
-    assert for_temperature
-
-
-def filtered(x, P, u, model, plant, noise, h):
-    """Estimates and variances of every sample by the filter written with matrices; k_0 is a state."""
-    c, cylinder, full = plant.conditions, plant.cylinder, model.lane.full
-    steps = np.array([1e-4 * cylinder.stroke, 1e-2, *[1e-3 * c.P_0] * 2, *[0.1] * 2, 1e-3])
-    size = np.array([np.inf, np.inf, c.P_0, c.P_0, c.T_0, c.T_0, np.inf])
-    used = np.array([1, 1, 1, 1, full, full, 1], bool)
-    measured = [(0, x, noise.x_variance), *((2 + i, P[:, i], noise.pressure_variance) for i in range(2))]
-    T_noise = noise.pressure * c.T_0 / c.P_0
-    Q = h * np.diag([0, noise.force / cylinder.M, *[noise.pressure] * 2, *[T_noise] * 2, 0.01]) ** 2
-    low = np.array([-np.inf, -np.inf, *[c.P_atm / 2] * 2, *[c.T_0 / 2] * 2, -math.log(10)])
-    high = np.array([np.inf, np.inf, *[2 * c.P_s] * 2, *[2 * c.T_0] * 2, math.log(10)])
-    y = np.array([x[0], 0.0, *P[0], c.T_0, c.T_0, 0.0])
-    S = np.diag([noise.x_variance, 1e-6, *[2e4**2] * 2, *[25.0] * 2, math.log(2.7) ** 2])
-    S[~used] = S[:, ~used] = Q[~used] = Q[:, ~used] = 0
-    estimates, variances = np.empty((len(x), 7)), np.empty((len(x), 7))
-
-    def rates(y, k):
-        lane = model.lane._replace(wall_scale=model.lane.wall_scale * math.exp(y[6]))
-        moved, sides = acceleration(y[1], y[2], y[3], 0.0, cylinder), []
-        for side in range(2):
-            sign, chamber = sign_of(side), chamber_of(cylinder, side)
-            sides.append(
-                chamber_rates(
-                    *(sign * u[k], sign * y[0], sign * y[1]), y[2 + side], y[4 + side], chamber, plant, lane
-                )
-            )
-        (P_A, T_A), (P_B, T_B) = sides
-        return np.array([y[1], moved, P_A, P_B, T_A, T_B, 0.0])
-
-    for k in range(len(x)):
-        for s, readings, variance in measured:
-            if np.isfinite(readings[k]):
-                gain = S[:, s] / (S[s, s] + variance)
-                y = y + gain * (readings[k] - y[s])
-                S = S - np.outer(gain, S[s])
-        y = np.clip(y, low, high)
-        estimates[k], variances[k] = y, np.diag(S)
-        dy = rates(y, k)
-        A, backward = (
-            np.array([(rates(y + step, k) - dy) / step.sum() for step in np.diag(towards * steps)]).T
-            for towards in (np.ones(7), [-1, -1, *[1] * 5])
-        )
-        A[[3, 5]] = backward[[3, 5]]  # both chambers' steps enlarge them
-        for s in range(2, 6):  # where the slope of eq (1) is infinite
-            for of in {s, 2 + s % 2} if used[s] else ():
-                most = size[s] / size[of] / h
-                A[s, of] = np.clip(A[s, of], -most, most)
-        A[~used] = A[:, ~used] = 0
-        F = np.eye(7) + h * A + h**2 / 2 * A @ A
-        S = F @ S @ F.T + Q
-        y = np.clip(y + h * rates(y + h / 2 * dy, k), low, high)
-    return estimates, variances
-
-
-@pytest.mark.parametrize("row", [lane(MODELS["M8"], 1.2, 1.4), full_order_lane(1.4, 0.5)], ids=["M8", "full"])
-def test_the_filter_is_that_of_the_readable_equations(row):
-    e = lasting("E06", 0.05)
-    r, noise, samples = record(e), Noise(1.0, 1e4, 1e-8, 1e6), 50
-    x, P, u = r.states[:samples, 0], r.states[:samples, [2, 4]].copy(), np.clip(r.u[:samples], -10, 10)
-    P[10:] = np.nan
-    model = FilterModel(True, row)
-    estimates, variances = estimated(x, P, u, P[0], model, e.plant, noise, e.h)
-    plain, plain_variances = filtered(x, P, u, model, e.plant, noise, e.h)
-    # Derivatives are differences over 1e-3 of P_0 or 1e-4 of the stroke: they lose up to four digits.
-    np.testing.assert_allclose(estimates, plain, rtol=1e-8, atol=1e-11)
-    used = plain_variances[0] > 0
-    np.testing.assert_allclose(variances[:, used], plain_variances[:, used], rtol=1e-6)
 
 
 def test_the_tolerance_of_a_step_is_the_headers():

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from brief import in_brief
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_rates import EVERY, OWN, plain_rate, rate_size
+from plain_rates import EVERY, plain_rate, rate_size
 
 from pneumo import MODELS, chamber_rate, linearise
 from pneumo import testing as some
@@ -98,28 +97,6 @@ def test_choices_follow_every_branch():
     assert choices(lambda x: x / 0.0 if x > 0 else 3, np.array([1.0, 2.0])) == 3
     with pytest.raises(ZeroDivisionError):
         choices(lambda x: x / 0 if x > 0 else 3 / (0.0 * 1), np.array([1.0, 2.0]))
-
-
-@pytest.mark.parametrize(
-    "model", in_brief(EVERY, [MODELS["M4"], MODELS["M8"], OWN]), ids=lambda model: model.name
-)
-def test_linear_model_has_sympys_derivatives(model, plant, random_states):
-    sympy = pytest.importorskip("sympy")
-    symbols = sympy.symbols("u x v P", real=True)
-    for row in random_states[:3].tolist():
-        u, x, v, P_A, P_B = row[0] * 0.8, *row[1:]
-        linear = linearise(model, 1.3, plant, u=u, x=x, v=v, P_A=P_A, P_B=P_B)
-        for i, (side, P) in enumerate((("A", P_A), ("B", P_B))):
-            rate = chamber_rate(model, 1.3, plant, *symbols, side)
-            while isinstance(rate, sympy.Piecewise):  # only the piece that holds there
-                at = dict(zip(symbols, (u, x, v, P), strict=True))
-                rate = next(piece for piece, where in rate.args if where.subs(at))
-            values = [float(sympy.diff(rate, symbol).subs(at)) for symbol in symbols]
-            assert np.asarray(linear.B)[i] == pytest.approx(values[:3], rel=1e-9)
-            assert np.asarray(linear.A)[i, i] == pytest.approx(values[3], rel=1e-9)
-        assert np.asarray(linear.A)[0, 1] == np.asarray(linear.A)[1, 0] == 0
-        assert np.asarray(linear.C).tolist() == [[1, 0], [0, 1]]
-        assert not np.any(np.asarray(linear.D))
 
 
 def test_linear_model_is_a_state_space_where_control_is_installed(plant):

@@ -12,8 +12,7 @@ import pneumo
 from pneumo.equations.system import FULL_ORDER, system
 from pneumo.errors import InputError
 from pneumo.export import exported
-from pneumo.export.known_steps import scale
-from pneumo.export.observer_noise import SENSORS, observer_noise
+from pneumo.export.observer_noise import READINGS, observer_noise
 
 N, H = 1.35, 1e-3
 pytestmark = pytest.mark.xdist_group("observer")
@@ -34,7 +33,7 @@ def readings(plant, count):
 def expected(model, plant, sensors, count):
     """Estimates and variances in Python, by the exported states."""
     u, read = readings(plant, count)
-    chosen, pressures = system(model, N, plant, piston=True), SENSORS[sensors]
+    chosen, pressures = system(model, N, plant, piston=True), len(READINGS[sensors]) - 1
     noise = observer_noise(chosen, sensors)
     seen = pneumo.ekf(
         model,
@@ -58,14 +57,14 @@ def expected(model, plant, sensors, count):
 def farthest(estimates, variances, model, plant, sensors):
     """Largest differences from Python: of an estimate over the state's scale, and relative of a variance."""
     right, right_variances = expected(model, plant, sensors, len(estimates))
-    size = scale(system(model, N, plant, piston=True))
+    size = system(model, N, plant, piston=True).scale
     return np.abs((estimates - right) / size).max(), np.abs(variances / right_variances - 1).max()
 
 
 FORMS = [
     (model, sensors, precision)
     for model in ("M1", "M8", OWN, FULL_ORDER)
-    for sensors in SENSORS
+    for sensors in READINGS
     for precision in ("double", "float")
 ]
 BRIEF = [("M8", "both", "double"), ("M8", "one", "float"), (FULL_ORDER, "none", "double")]
@@ -77,7 +76,7 @@ def test_c_estimates_as_the_filter_in_python(model, sensors, precision, plant, t
     c, (u, read) = CompiledObserver(model, N, plant, tmp_path, sensors, precision), readings(plant, 1000)
     c.start(read[0, 0], [plant.conditions.P_0] * 2)
     estimates = []
-    for command, row in zip(u, read[:, : 1 + SENSORS[sensors]].tolist(), strict=True):
+    for command, row in zip(u, read[:, : 1 + len(READINGS[sensors]) - 1].tolist(), strict=True):
         estimates.append(c.correct(row))
         c.predict(command, H)
     states, variances = (np.array(each) for each in zip(*estimates, strict=True))

@@ -1,6 +1,5 @@
 """FMUs: checked and simulated by fmpy, against replays, full-order runs and the standard's own headers."""
 
-import ctypes
 import io
 import subprocess
 import zipfile
@@ -11,19 +10,15 @@ import numpy as np
 import pytest
 from brief import in_brief
 from exported_c import C_COMPILER, STRICT
-from scipy.integrate import solve_ivp
 from valve_paths import CURVE
 from valve_paths import plant as plant_with
 
-from pneumo import recorded, simulate
-from pneumo.configuration.sampling import INTERPOLATED
+from pneumo import simulate
 from pneumo.equations.system import step, system
 from pneumo.export import exported
 from pneumo.export.fmu import UNITS
-from pneumo.linear.linear_model import all_derivatives
-from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.linear.linear_model import derivatives
 from pneumo.physics.valve_dynamics import ValveDynamics
-from pneumo.simulation.replay import replay_one_by_one
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
 validation, fmi2, _ = (pytest.importorskip(f"fmpy.{name}") for name in ("validation", "fmi2", "fmi3"))
@@ -121,13 +116,6 @@ def run(plant):
     return simulate(plant, H, command=1.2 * np.sin(13 * t) + 0.7 * np.sin(41 * t))
 
 
-def replayed(run, plant, model):
-    measured = recorded(plant, H, u=run.u, x=run.x, v=run.v).recording._replace(most_halvings=0)
-    return replay_one_by_one(
-        measured, lane_array([lane(MODELS[model], N, plant.gas.gamma)]), INTERPOLATED
-    ).pressure[0]
-
-
 def stepped(run, plant, model, *, held):
     """Pressures of a model that Python steps through the run."""
     chosen, state = system(model, N, plant), [plant.conditions.P_0] * 2
@@ -150,67 +138,6 @@ def test_co_simulation_with_held_inputs_steps_as_python(fmi, run, plant, fmus):
     pressures = simulated(fmus("M8", fmi), run, "CoSimulation")
     # fmpy repeats times, so that inputs and step ends differ by roundings of t, slopes times 1e-16 s.
     np.testing.assert_allclose(pressures, stepped(run, plant, "M8", held=True), rtol=1e-10)
-
-
-def test_co_simulation_with_slopes_of_inputs_steps_as_python(run, plant, fmus, tmp_path):
-    """In calls of our own: fmpy takes the slope of a table before each sample, not that after it."""
-    linear = stepped(run, plant, "M8", held=False)
-    slave, inputs, outputs = opened(fmi2.FMU2Slave, fmus("M8", 2), tmp_path)
-    table, outputs_at = np.column_stack([run.u, run.x, run.v]), [slave.getReal(outputs)]
-    for k, slopes in enumerate(np.diff(table, axis=0) / H):
-        slave.setReal(inputs, table[k].tolist())
-        arguments = [
-            (ctypes.c_uint * 3)(*inputs),
-            3,
-            (ctypes.c_int * 3)(1, 1, 1),
-            (ctypes.c_double * 3)(*slopes),
-        ]
-        slave.fmi2SetRealInputDerivatives(slave.component, *arguments)
-        slave.doStep(currentCommunicationPoint=k * H, communicationStepSize=H)
-        outputs_at.append(slave.getReal(outputs))
-    slave.freeInstance()
-    np.testing.assert_allclose(
-        np.transpose(outputs_at), linear, rtol=1e-10
-    )  # slopes and their products round
-    effect = np.max(np.abs(simulated(fmus("M8", 2), run, "CoSimulation") - linear))
-    assert 100 < effect < 5000  # Pa: what holding the inputs for 1 ms does
-
-
-def opened(kind, path, folder):
-    """FMU of FMI 2 ready for calls of our own, and references of its variables."""
-    unzipped = fmpy.extract(path, unzipdir=str(folder))
-    description = fmpy.read_model_description(unzipped)
-    fmu = kind(guid=description.guid, unzipDirectory=unzipped, modelIdentifier="M8", instanceName="M8")
-    fmu.instantiate()
-    fmu.setupExperiment()
-    fmu.enterInitializationMode()
-    fmu.exitInitializationMode()
-    by_name = {variable.name: variable.valueReference for variable in description.modelVariables}
-    return fmu, [by_name[name] for name in ("u", "x", "v")], [by_name[name] for name in ("P_A", "P_B")]
-
-
-def test_model_exchange_is_a_replay_with_interpolated_samples(run, plant, fmus, tmp_path):
-    """In calls of our own: fmpy holds the inputs between the points of its output."""
-    fmu, inputs, _ = opened(fmi2.FMU2Model, fmus("M8", 2), tmp_path)
-    fmu.enterContinuousTimeMode()
-    table, state, rates = np.column_stack([run.u, run.x, run.v]), np.empty(2), np.empty(2)
-    as_pointer = lambda array: array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))  # noqa: E731
-
-    def derivatives(t, y):
-        k = min(int(t / H), len(table) - 2)
-        fmu.setTime(t)
-        fmu.setReal(inputs, (table[k] + (t / H - k) * (table[k + 1] - table[k])).tolist())
-        state[:] = y
-        fmu.setContinuousStates(as_pointer(state), 2)
-        fmu.getDerivatives(as_pointer(rates), 2)
-        return rates.copy()
-
-    y, steps = [plant.conditions.P_0] * 2, 150
-    for k in range(steps):
-        y = solve_ivp(derivatives, (k * H, (k + 1) * H), y, rtol=1e-10, atol=1e-4).y[:, -1]
-    fmu.freeInstance()
-    # Dormand and Prince's own error at 1 ms, seen against another solver; 1e-6 is 0.6 Pa.
-    np.testing.assert_allclose(y, replayed(run, plant, "M8")[:, steps], rtol=1e-6)
 
 
 def test_both_versions_of_fmi_give_the_same_numbers(run, fmus):
@@ -294,7 +221,7 @@ def test_directional_derivatives_are_those_of_the_equations(model, fmi, parts, f
         if k % 2:
             flows = [i for i, name in enumerate(chosen.inputs) if name[0] in "um"]
             point[[len(chosen.states) + i for i in flows]] *= -1
-        exact = all_derivatives(chosen, point)
+        exact = derivatives(chosen, point[: len(chosen.states)], point[len(chosen.states) :])
         size = np.abs(exact) @ np.abs(point)  # of the terms of each rate
         for j, known in enumerate(knowns):
             sides = []

@@ -7,14 +7,13 @@ import pytest
 from brief import in_brief
 from exported_c import C_COMPILER, CompiledModel, run_test_program
 from plain_rates import EVERY, OWN
+from readable_equations import full_order_rates
 from scipy.integrate import solve_ivp
 
 from pneumo import MODELS
 from pneumo.configuration.experiment import Drive
 from pneumo.equations.system import rates, system
 from pneumo.export import exported
-from pneumo.export.known_steps import scale
-from pneumo.simulation.reference import full_order_rates
 
 N, H = 1.35, 1e-3
 BRIEF = [MODELS["M1"], MODELS["M8"], OWN, "full"]
@@ -85,7 +84,7 @@ def test_the_error_falls_with_the_square_of_the_substep(model, piston, lopsided,
             at = [[a + (k + i) / count * (b - a) for a, b in zip(start, end, strict=True)] for i in (0, 1)]
             failed, now = compiled.step(*at, duration / count, now)
             assert not failed
-        off.append(np.abs((np.array(now) - expected) / scale(compiled.system)).max())
+        off.append(np.abs((np.array(now) - expected) / compiled.system.scale).max())
     assert off[0] < 1e-5
     # A stage's flow out leaves out what wall heat does to the temperature meanwhile: of first order, 0.01 Pa.
     assert np.all(np.log2(np.divide(off[:-1], off[1:])) > 1.8) or off[0] < 1e-7

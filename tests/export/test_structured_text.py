@@ -176,34 +176,3 @@ def test_names_that_controllers_refuse_are_refused(name, plant):
 
 
 # The interpreter itself
-
-
-def run(statements, variables="a : LREAL := 2.0; i : INT := 3; ok : BOOL; r : REAL := 0.1;"):
-    text = f"PROGRAM p\nVAR\n{variables}\nEND_VAR\n{statements}\nEND_PROGRAM"
-    made = Block(*parsed(text))
-    made()
-    return made
-
-
-def test_the_interpreter_computes_as_the_standard_says():
-    condition = "IF i > 2 AND NOT (a > 1.0) OR FALSE THEN ok := TRUE; END_IF;"
-    made = run(f"a := a - 1.0 - 0.5 * a / 4.0; {condition} r := -r * 3.0;")
-    assert made["A"] == 0.75 and made["ok"] is True
-    assert made["r"] == -np.float32(0.1) * np.float32(3) and type(made["r"]) is np.float32
-
-
-@pytest.mark.parametrize(
-    "statement",
-    ["a := i;", "i := a;", "r := a;", "a := a * 2;", "b := 1.0;", "a := a + r;", "ok := i;", "i := i / 2;"],
-)
-def test_the_interpreter_refuses_what_a_controller_does(statement):
-    with pytest.raises((AssertionError, KeyError)):
-        run(statement)
-
-
-@pytest.mark.parametrize(
-    "statement", ["a := a / (a - a);", "a := SQRT(-a);", "a := EXPT(-a, 0.5);", "i := 32767; i := i + 1;"]
-)
-def test_the_interpreter_stops_where_a_controller_would(statement):
-    with pytest.raises((ZeroDivisionError, ValueError, AssertionError)):
-        run(statement)

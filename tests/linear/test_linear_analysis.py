@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bad_input import PAPER
 from plain_rates import EVERY, plain_rate
+from readable_equations import full_order_rates
 from scipy.linalg import expm
 
 from pneumo import linearise
@@ -15,7 +16,6 @@ from pneumo.errors import InputError
 from pneumo.linear.linear_analysis import natural_modes
 from pneumo.physics.cylinder import acceleration
 from pneumo.simulation.full_order import run
-from pneumo.simulation.reference import full_order_rates
 
 N = 1.3
 HELD = Drive(False, 0.0, np.inf)

@@ -15,10 +15,10 @@ from paper_study import STUDY, lasting
 
 from paper.study.pages.verdict_page import verdict_page
 from paper.study.paper_2006 import other_simulators as other
+from paper.study.samplings import PUBLISHED, study_sampling
 from pneumo.errors import ResultError
 from pneumo.simulation.excitation import normal_deviates
 from pneumo.simulation.full_order import record
-from pneumo.simulation.signals import PUBLISHED, study_sampling
 from pneumo.storage.layout import replayed_grid
 
 NAMES = ("x", "v", "P_A", "T_A", "P_B", "T_B")

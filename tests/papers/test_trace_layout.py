@@ -5,6 +5,7 @@ import pytest
 from paper_study import STUDY, lasting
 
 from paper.study import trace_layout
+from paper.study.samplings import study_sampling
 from paper.study.trace_layout import (
     CHOICES,
     COMMON_N,
@@ -18,7 +19,6 @@ from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.simulation.signals import study_sampling
 
 EXPERIMENT = lasting("E12", 7.013)  # no multiple of anything
 

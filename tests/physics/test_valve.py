@@ -18,7 +18,6 @@ from pneumo.physics.valve import (
     critical_ratio,
     exact_gas,
     laminar_factor,
-    limited,
     mass_flow,
     sonic_coefficient,
 )
@@ -99,13 +98,6 @@ def test_flow_is_proportional_to_area_and_falls_with_the_root_of_temperature(gas
     flow = mass_flow(A_t, P_u, ratio * P_u, T_u, gas)
     assert mass_flow(2 * A_t, P_u, ratio * P_u, T_u, gas) == 2 * flow  # powers of two are exact
     assert mass_flow(A_t, P_u, ratio * P_u, 4 * T_u, gas) == pytest.approx(flow / 2, rel=4 * EPS)  # two roots
-
-
-@given(some.voltages(1000.0), st.floats(0.1, 100.0))
-def test_limiter(u, u_max):
-    out = limited(u, u_max)
-    assert abs(out) <= u_max
-    assert out == u if abs(u) <= u_max else out == math.copysign(u_max, u)
 
 
 @given(some.plants(), some.voltages(), some.pressures(), some.pressures(), some.temperatures())

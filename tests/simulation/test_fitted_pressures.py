@@ -4,13 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
+from readable_equations import chamber_rates, lane_rate
 from scipy.integrate import solve_ivp
 
 from pneumo.physics.cylinder import Chamber, Side, chamber_of
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import exact_gas
-from pneumo.simulation.fitted_pressures import KUTTA, pressures_of_sets, pressures_on_flows
-from pneumo.simulation.reference import chamber_rates, lane_rate
+from pneumo.simulation.fitted_pressures import NODES, pressures_of_sets, pressures_on_flows
 
 LENGTH = 0.3  # s
 V_D = np.array([[8e-6, 12e-6], [10e-6, 10e-6], [3e-5, 2e-6]])  # m^3, by set and chamber
@@ -35,7 +35,7 @@ def plant(plant):
 
 
 def signals(h):
-    at = h * (np.arange(round(LENGTH / h))[:, None] + KUTTA.c)
+    at = h * (np.arange(round(LENGTH / h))[:, None] + NODES)
     return command(at), np.array([np.stack(position(at, size), axis=-1) for size in MOTIONS])
 
 
@@ -132,7 +132,7 @@ def test_a_supply_that_sags_is_followed(plant):
         return plant.conditions.P_s * (0.8 + 0.1 * np.cos(12 * t))
 
     u, motions = signals(h)
-    P_s = supply(h * (np.arange(len(u))[:, None] + KUTTA.c))
+    P_s = supply(h * (np.arange(len(u))[:, None] + NODES))
     pressures = pressures_of_sets(u, motions, lane_array([row]), V_D[:1], plant, h, 1, START[:1], P_s=P_s)
     for i, size in enumerate(MOTIONS):
 
@@ -150,7 +150,7 @@ def test_gas_that_enters_a_chamber_at_supply_pressure_brings_its_temperature(pla
     h, opens, length, v = 1e-3, 0.4, 0.6, 0.1  # from `opens` on the valve exhausts and the piston rests
     valve, c = plant.valve._replace(k_xu=10 * plant.valve.k_xu), plant.conditions
     plant = plant._replace(valve=valve, conditions=c._replace(T_in=c.T_in + 80))
-    at = h * (np.arange(round(length / h))[:, None] + KUTTA.c)
+    at = h * (np.arange(round(length / h))[:, None] + NODES)
     charging = at[:, :1] < opens - h / 2
     x = -0.03 + v * np.minimum(at, opens)
     motion = np.stack([x, np.where(charging, v, 0.0 * at)], axis=-1)
@@ -175,7 +175,7 @@ def test_gas_that_enters_a_chamber_at_supply_pressure_brings_its_temperature(pla
 def test_gas_that_a_piston_pushes_out_through_a_wide_valve_stays_just_above_the_ports_pressure(plant, u):
     h, steps, v, P_port = 1e-3, 100, -0.1, plant.conditions.P_s if u > 0 else plant.conditions.P_atm
     plant = plant._replace(valve=plant.valve._replace(k_xu=20 * plant.valve.k_xu), k_0=0.0)
-    at = h * (np.arange(steps)[:, None] + KUTTA.c)
+    at = h * (np.arange(steps)[:, None] + NODES)
     motion, row = np.stack([0.02 + v * at, v + 0.0 * at], axis=-1), lane(MODELS["M10"], 1.0, plant.gas.gamma)
     start, start_T = np.full((3, 2), 1.02 * P_port), np.full((3, 2), 400.0)  # far from T_0
     rows = lane_array([row._replace(a=0.0)] * 3)

@@ -89,12 +89,6 @@ def test_the_kernel_follows_all_lanes_of_the_whole_of_e14(monkeypatch, sampling,
     assert_same(ours, theirs, rtol=1e-10)  # mean squares of 60 000 errors, added with a rounding each
 
 
-@pytest.mark.parametrize("sampling", SAMPLINGS[:2])
-@pytest.mark.parametrize("name", ["E01", "E06", "E07", "E12", "E16"])
-def test_other_experiments(name, sampling):
-    assert_same(*both(record(lasting(name, 0.4)), sampling=sampling))
-
-
 def test_polytropic_indices_below_one():
     n = np.linspace(0.8, 0.95, replay_module.WIDTH)  # a group of lanes of one model alone
     lanes = [lane(model, value, 1.4) for model in MODELS.values() if model.has_n for value in n]

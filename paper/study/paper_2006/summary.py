@@ -16,7 +16,7 @@ import xarray as xr
 from paper.study.paper_2006.numbers_of_tables import TABLES
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.results import StudyResults
-from pneumo.simulation.signals import STUDY_SAMPLINGS
+from paper.study.samplings import STUDY_SAMPLINGS
 from pneumo.verdict.judging import Item, Sources, six_digits
 
 TABLE_NAMES = {

@@ -14,8 +14,8 @@ from paper.study.kept_evidence import evidence_file
 from paper.study.paper_2006.likelihood import chi_square, shrunk_covariance
 from paper.study.paper_2006.numbers_of_tables import numbers_of_tables, printed_numbers
 from paper.study.paper_2006.paper_models import PAPER_MODELS
+from paper.study.samplings import PUBLISHED
 from pneumo.configuration.experiment import Study
-from pneumo.simulation.signals import PUBLISHED
 from pneumo.storage.files import read
 
 
