@@ -13,7 +13,7 @@ from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, Trust, output_to
 from pneumo.fitting.fitted_parameters import ALSO
 from pneumo.fitting.record.formats import FORMATS
 
-READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
+READ_FORMATS = ", ".join(form.name for form in FORMATS)
 
 
 RECORD = f"record with t, u, x, P_A, P_B, optionally T, P_s: {READ_FORMATS}"

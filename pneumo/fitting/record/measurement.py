@@ -1,7 +1,6 @@
 """Reading a measurement: signals in SI units on one grid of times."""
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
@@ -103,8 +102,8 @@ def read_series(
         found[quantity] = series(path, channel, quantity, clock, clock_unit(clock, columns), read)
         if column.unit == "mA":
             _check_loop(path, found[quantity], read.factor, read.offset)
-    start = min((signal.start for signal in found.values()), default=Fraction(0))
-    return {q: s._replace(start=start, t=s.t + float(s.start - start)) for q, s in found.items()}
+    start = min((signal.start for signal in found.values()), default=0)
+    return {q: s._replace(start=start, t=s.t + 1e-9 * (s.start - start)) for q, s in found.items()}
 
 
 def _check_loop(path: Path, signal: Series, factor: float, offset: float) -> None:

@@ -50,7 +50,7 @@ def check_clock(path: Path, signal: Series, closed: bool, *, sensor: bool) -> No
     cylinder at work, or `closed` chambers, which change more slowly. A command that was logged on changes, or
     more slowly than sensors, may have any.
     """
-    t, begin = signal.t, float(signal.start)
+    t, begin = signal.t, 1e-9 * signal.start
     name = "t" if signal.channel.clock is None else f"t of {signal.quantity}"
     steps = np.diff(t, prepend=-np.inf)  # each sample's from the one before
     at = signal._replace(quantity=name)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pneumo.errors import InputError
-from pneumo.fitting.record.channel import MOST_COLUMNS, MOST_ROWS, Channel, limit, table_channels
+from pneumo.fitting.record.channel import MOST_ROWS, Channel, limit, table_channels
 from pneumo.fitting.record.units import is_unit, plain_unit
 
 if TYPE_CHECKING:
@@ -79,7 +79,6 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     if b"\0" in head:
         raise InputError(f"{path}: not a text file: export it as CSV, with names and units in the first row")
     table = _first_sample(path, lines)
-    limit(path, table.width, MOST_COLUMNS, "columns")
     header = _scope_header(lines[: table.line], table) or _header(path, lines[: table.line], table)
     columns = _columns(path, content, table, len(header.names), encoding)
     named = zip(header.names, columns, strict=False)

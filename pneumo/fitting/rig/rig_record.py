@@ -226,7 +226,7 @@ def _signals(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict
             raise InputError(f"{path}: column {lowest}: must be positive; a gauge's unit is written bar(g)")
         if (np.diff(signal.t) <= 0).any():
             raise InputError(f"{path}: t: must be numbers that increase from row to row")
-        begin = float(signal.start) if pressure else 0.0
+        begin = 1e-9 * signal.start if pressure else 0.0
         found[name] = Points(signal.t + begin, signal.values)
     if len(found["P_A"].t) < SHORTEST:
         raise InputError(f"{path}: no column P_A with at least {SHORTEST} numbers")
