@@ -42,7 +42,6 @@ def show(
     from pneumo.fitting.mistaken_columns import mistake
     from pneumo.fitting.record.columns import read_mapping
     from pneumo.fitting.record.measurement import read_measurement
-    from pneumo.fitting.record.plausibility import above_supply
     from pneumo.publish.figures.fit_figures import record_figure
     from pneumo.publish.style import save
     from pneumo.selection.plants import configured_plant
@@ -51,7 +50,7 @@ def show(
     mapping = read_mapping(columns) if columns else None
     record = read_measurement(measurement, plant, mapping, from_end=x_from == "end")
     odd = "" if trust or record.closed else mistake(record, plant)
-    for note in (*record.notes, *above_supply(record, plant), *([odd] if odd else [])):
+    for note in (*record.notes, *([odd] if odd else [])):
         typer.echo(f"note: {note}", err=True)
     typer.echo(f"{len(record.u)} samples, {record.period:.4g} s apart, {record.t[-1]:.4g} s")
     for line in record.channels:

@@ -1,7 +1,7 @@
 """Channels of a record: each has a name, a unit and a clock of its own, whatever format it came from."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from itertools import zip_longest
 from pathlib import Path
@@ -34,6 +34,18 @@ class Channel(NamedTuple):
     first_line: int = 0  # of the first sample in a text file; 0 for other files
 
 
+def limit(path: Path, number: int, most: int, things: str) -> None:
+    """Raise `InputError` if a file has more of something than is read."""
+    if number > most:
+        raise InputError(f"{path}: {number} {things}: must be at most {most}")
+
+
+def place(path: Path, channel: Channel, row: int, quantity: str) -> str:
+    """Text that names a sample: by its line in a text file, else by its number."""
+    where = f"line {row + channel.first_line}" if channel.first_line else f"sample {row}"
+    return f"{path}: {where}, column {quantity}"
+
+
 class Series(NamedTuple):
     """Numbers of a channel that are not missing, in SI units, at their times."""
 
@@ -52,17 +64,20 @@ class Series(NamedTuple):
         count = min(2, len(self.t) - 1)
         return float(np.median(self.t[count:] - self.t[:-count])) / count if count else 0.0
 
+    @property
+    def complete(self) -> bool:
+        """Whether no number is missing between its first and last sample."""
+        return bool(np.ptp(self.rows) + 1 == len(self.rows))
 
-def limit(path: Path, number: int, most: int, things: str) -> None:
-    """Raise `InputError` if a file has more of something than is read."""
-    if number > most:
-        raise InputError(f"{path}: {number} {things}: must be at most {most}")
+    @property
+    def rule(self) -> str:
+        """How it is continued between samples."""
+        return "held" if self.held else "interpolated"
 
-
-def place(path: Path, channel: Channel, row: int, quantity: str) -> str:
-    """Text that names a sample: by its line in a text file, else by its number."""
-    where = f"line {row + channel.first_line}" if channel.first_line else f"sample {row}"
-    return f"{path}: {where}, column {quantity}"
+    def refuse(self, path: Path, bad: np.ndarray, problem: Callable[[int], str]) -> None:
+        """Raise `InputError` for the first of some bad samples, if there are any."""
+        for k in np.flatnonzero(bad)[:1].tolist():
+            raise InputError(f"{place(path, self.channel, int(self.rows[k]), self.quantity)}: {problem(k)}")
 
 
 def refuse(path: Path, channel: Channel, quantity: str, rows: np.ndarray, problem: str) -> None:

@@ -5,6 +5,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -58,8 +59,7 @@ def _bound_memory() -> None:
     if status.exists():
         import resource
 
-        import pandas as _  # what it needs is no part of the bound
-
+        import_module("pandas")  # what it needs is no part of the bound
         used = int(status.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
         resource.setrlimit(resource.RLIMIT_AS, (used + LARGEST_MEMORY, hard))

@@ -7,7 +7,6 @@ import written_records as written
 
 from pneumo.errors import InputError
 from pneumo.fitting.record.measurement import read_measurement
-from pneumo.fitting.record.plausibility import above_supply
 from pneumo.fitting.record.text import read_text
 
 PERIOD, ROWS, T = written.PERIOD, written.ROWS, written.TIME
@@ -162,16 +161,14 @@ def test_doubtful_parts_are_marked(tmp_path, frame, expected):
         assert wanted is None or found == pytest.approx(wanted, abs=1e-9)
 
 
-def test_a_pressure_above_the_supply_is_noted_unless_the_measured_supply_is_higher(tmp_path):
-    record = read(table(), tmp_path)
-    high = record._replace(P=np.array([np.where(np.arange(ROWS) < 20, 1.2 * C.P_s, P), P]))
-    (note,) = above_supply(high, written.plant())
-    assert "5 % of the time" in note and "0 % of that at a stop" in note
-    at_stop = high._replace(x=np.full(ROWS, written.plant().cylinder.x_max))
-    assert "100 % of that at a stop" in above_supply(at_stop, written.plant())[0]
-    supplied = high._replace(P_s=np.full(ROWS, 1.3 * C.P_s))
-    assert above_supply(record, written.plant()) == above_supply(supplied, written.plant()) == []
-    assert above_supply(high._replace(closed=True), written.plant()) == []
+def test_a_pressure_above_the_supply_is_noted_only_where_the_piston_rests(tmp_path):
+    resting = np.where(T < 0.4, X, written.plant().cylinder.x_max)
+    high = np.where((T > 0.5) & (T < 0.6), 1.2 * C.P_s + 1e3 * np.sin(20 * T), P)
+    (note,) = read(table(x_m=resting, P_A_Pa=high), tmp_path).notes
+    assert note.startswith("P_A at a stop is above the supply's, by up to 1.")
+    assert read(table(P_A_Pa=high), tmp_path).notes == ()
+    supplied = read(table(x_m=resting, P_A_Pa=high, P_s_Pa=np.linspace(1.29, 1.3, ROWS) * C.P_s), tmp_path)
+    assert not any("at a stop" in note for note in supplied.notes)
 
 
 LAYOUTS = {  # text: names, numbers of the first row, line of the first sample
