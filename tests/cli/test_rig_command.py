@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 from netCDF4 import Dataset
 from typer.testing import CliRunner
 
+import pneumo
 from pneumo.cli.commands import app
 from pneumo.errors import InputError
 
@@ -43,10 +45,26 @@ def test_models_are_ranked_and_written(tmp_path):
     assert np.isnan(result["estimate"].sel(model="M1", parameter="k_0"))
 
 
+def test_the_function_gives_an_object_that_shows_what_the_command_writes(tmp_path):
+    content = yaml.safe_load(Path(TANK).read_text(encoding="utf-8"))
+    with xr.open_dataset(POINTS, decode_times=False) as points:
+        fit = pneumo.rig(content, points.load(), models=["full order"])
+    assert invoke(TANK, POINTS, "--model", "full order", "-o", str(tmp_path / "out")).exit_code == 0
+    written = xr.load_dataset(tmp_path / "out/rig.nc")
+    for name in ("estimate", "low", "high", "pressure"):
+        np.testing.assert_array_equal(fit.to_xarray()[name], written[name])
+    table = fit.to_pandas().loc["full order"]
+    assert table.loc["k_0", "unit"] == "W K-1" and table.loc["C_d", "value"] == pytest.approx(0.8, abs=0.1)
+    assert len(repr(fit).splitlines()) <= 10 and "k_0 = " in repr(fit) and "W/K" in repr(fit)
+    assert "<table" in fit._repr_html_() and len(fit.plot().axes) >= 2
+    with pytest.raises(InputError, match="command = 'u'"):
+        pneumo.rig(TANK, POINTS, command="u")
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((TANK, POINTS, "--model", "M77"), "--model M77: must be one of M1,"),
+        ((TANK, POINTS, "--model", "M77"), "--model = 'M77': must be one of M1,"),
         ((TANK, POINTS, "--model", "m8"), "model 'm8': no such model, perhaps M8"),
         ((TANK, "absent.csv"), "absent.csv: no such file"),
         (("absent.yaml", POINTS), "absent.yaml"),

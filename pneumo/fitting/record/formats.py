@@ -181,7 +181,7 @@ def _excel(path: Path) -> list[Channel]:
     """First sheet of a workbook, read as the text that saving it as CSV would give."""
     import pandas as pd
 
-    sheet = pd.read_excel(path, header=None, dtype=object)
+    sheet = pd.read_excel(path, header=None, dtype=object, engine="openpyxl")
     return read_text(path, sheet.to_csv(sep="\t", index=False, header=False).encode())
 
 
@@ -332,22 +332,25 @@ def _checked(read: Callable[[Path], list[Channel]], path: Path) -> list[Channel]
     return channels
 
 
-def read_channels(path: Path) -> list[Channel]:
-    """Channels of a file in one of the `FORMATS`.
+def read_channels(source: "Path | str | pd.DataFrame | xr.Dataset") -> tuple[Path, list[Channel]]:
+    """Path and channels of a file in one of the `FORMATS`, or of a table in memory.
 
     Raises
     ------
     InputError
         If the file cannot be read, is too large, or is in an unsupported format.
     """
+    if not isinstance(source, Path | str):
+        return Path("record"), given_channels(source)
+    path = Path(source)
     suffix = path.suffix.lower()
     kind = next((form for form in FORMATS if suffix in form.suffixes), FORMATS[0])
     try:
         with regular_file(path, LARGEST_FILE) as file:
             head = file.read(8)
         if kind is FORMATS[0] or (suffix == ".dat" and not head.startswith(b"MDF")):
-            return _checked(_text_file, path)
-        return isolated(_checked, kind.read, path)
+            return path, _checked(_text_file, path)
+        return path, isolated(_checked, kind.read, path)
     except InputError:
         raise
     except ImportError:

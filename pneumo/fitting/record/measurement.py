@@ -12,7 +12,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel, Series, numbers, place, series
 from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_option, unused_note
-from pneumo.fitting.record.formats import given_channels, read_channels
+from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.plausibility import UNEVEN, Event, above_supply, check_clock, check_signals, events
 from pneumo.fitting.record.units import CHOICES, Surroundings
 
@@ -122,8 +122,7 @@ def read_measurement(
     InputError
         If the file or one of its values is not usable; the text names the place and what is allowed.
     """
-    path = Path(source) if isinstance(source, Path | str) else Path("record")
-    channels = read_channels(path) if isinstance(source, Path | str) else given_channels(source)
+    path, channels = read_channels(source)
     columns = dict(mapping) if mapping else columns_by_header(channels)
     measured_flow = any(quantity in columns for quantity in FLOWS)
     driven = FLOWS if measured_flow else ("u",)

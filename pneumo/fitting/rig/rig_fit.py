@@ -6,11 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from pneumo.fitting.engine import Solution, WithoutPrior, covariances, solve
+from pneumo.fitting.engine import WithoutPrior, covariances, solve
 from pneumo.fitting.estimate import ranked
 from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, rms_of_chambers
 from pneumo.fitting.rig.rig_file import Rig, factor, fitted_quantity, key
-from pneumo.fitting.rig.rig_record import Points, Run
+from pneumo.fitting.rig.rig_record import Run
 from pneumo.fitting.rig.rig_replay import ADIABATIC, RIG_MODELS, WALL, replay_run, rms, run_errors
 from pneumo.fitting.settings import C_D, FEW_POINTS, HOSE_HELPS, PART, PART_OF_RUNS
 from pneumo.physics.models import MODELS
@@ -75,24 +75,18 @@ class RigProblem(WithoutPrior):
 
         The position is on a logarithmic scale where both ends are positive.
         """
-        theta = list[float]()
-        for name in self.names:
-            low, high = self.rig.ends[name]
-            at = low * (high / low) ** position if low > 0 else low + position * (high - low)
-            theta.append((at - low) / (high - low))
-        return np.array(theta)
+        ends = [self.rig.ends[name] for name in self.names]
+        return np.array(
+            [
+                (low * (high / low) ** position - low) / (high - low) if low > 0 else position
+                for low, high in ends
+            ]
+        )
 
-    def solve(self, near: Mapping[str, float] | None = None, alone: bool = False) -> Solution:
-        """Lowest sum of squares that a search finds from several starts.
-
-        `near`, values of another fit, are one more start, or with `alone` the only one.
-        """
-        starts = [] if alone else [self.start(position) for position in STARTS]
-        if near is not None:
-            ends = self.rig.ends
-            parts = [(near[name] - ends[name][0]) / (ends[name][1] - ends[name][0]) for name in self.names]
-            starts.insert(0, np.clip(parts, OFF_END, 1 - OFF_END))
-        return min((solve(self, start) for start in starts), key=lambda found: found.squares)
+    def near(self, values: Mapping[str, float]) -> np.ndarray:
+        """Parameters at the values of another fit, off their ends."""
+        low, high = np.array([self.rig.ends[name] for name in self.names]).reshape(-1, 2).T
+        return np.clip(([values[name] for name in self.names] - low) / (high - low), OFF_END, 1 - OFF_END)
 
 
 def fit_rig(
@@ -103,19 +97,23 @@ def fit_rig(
     near: Mapping[str, float] | None = None,
     alone: bool = False,
 ) -> Estimate:
-    """Estimate of a model from some runs; `near` and `alone` as in `RigProblem.solve`.
+    """Estimate of a model from some runs: the lowest sum of squares that a search finds from several starts.
 
-    Intervals do not include an error of the model itself. A parameter on one of its ends has none.
+    `near`, values of another fit, are one more start, or with `alone` the only one. Intervals do not include
+    an error of the model itself. A parameter on one of its ends has none.
     """
     problem = RigProblem(rig, model, runs, tuple(fitted_names(rig, model)), temperature)
-    best = problem.solve(near, alone)
+    starts = [problem.near(near)] if near is not None else []
+    starts += [] if alone else [problem.start(position) for position in STARTS]
+    best = min((solve(problem, start) for start in starts), key=lambda found: found.squares)
     values, (low, high) = problem.values(best.theta), problem.intervals(best, covariances(best))
     parts = zip(problem.names, best.theta, strict=True)
     on_end = tuple(name for name, part in parts if not ON_END < part < 1 - ON_END)
     low, high = (ends | dict.fromkeys(on_end, np.nan) for ends in (low, high))
     errors = np.array([rms(side) for side in pressure_errors(rig, model, values, runs)])
-    none = np.full_like(errors, np.nan)
-    return Estimate(values, low, high, errors, none, np.empty(0), at_bound=on_end)
+    return Estimate(
+        values, low, high, errors, np.full_like(errors, np.nan), pressure=np.empty(0), at_bound=on_end
+    )
 
 
 def pressure_errors(
@@ -173,6 +171,18 @@ def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
     return parts[0][0] if len(parts) == 1 else runs
 
 
+def how_judged(runs: Sequence[Run]) -> str:
+    """Sentence on what was fitted, and what models are ranked by."""
+    if len(runs) > 1:
+        first, rest = "the first quarter of the pulses was fitted", "the others, which they replay from rest"
+    elif len(parted(runs)) > 1:
+        first, rest = "estimates are from all points", "every second point, fitted on the others, both ways"
+    else:
+        first = "the first part of the run was fitted"
+        rest = "the rest, which they replay from the run's start"
+    return f"{first}; models are ranked by their error on {rest}"
+
+
 def judged(
     rig: Rig,
     model: str,
@@ -183,13 +193,12 @@ def judged(
     """Estimate of a model from `fitted_runs`, with its error on points that a fit did not use."""
     parts = parted(runs)
     estimate = fit_rig(rig, model, fitted_runs(runs), temperature, near)
-    values = [estimate.values]
-    if len(parts) > 1:
-        alone = (fit_rig(rig, model, used, temperature, values[0], alone=True) for used, _ in parts)
-        values = [part.values for part in alone]
-    left = [
-        pressure_errors(rig, model, found, others) for found, (_, others) in zip(values, parts, strict=True)
-    ]
+    left = list[list[np.ndarray]]()
+    for used, others in parts:
+        values = estimate.values
+        if len(parts) > 1:
+            values = fit_rig(rig, model, used, temperature, values, alone=True).values
+        left.append(pressure_errors(rig, model, values, others))
     held_out = np.array([rms(np.concatenate(side)) for side in zip(*left, strict=True)])
     return estimate._replace(held_out=held_out)
 
@@ -213,15 +222,9 @@ def judged_models(
         fitted, left = (rms_of_chambers(e) / 1e3 for e in (estimates[model].rms, estimates[model].held_out))
         progress(f"{model}: {fitted:.2f} kPa fitted, {left:.2f} held out")
     estimates, run, used = ranked(estimates), runs[-1], fitted_runs(runs)
-    off_T = [
-        np.concatenate([run_errors(rig, model, e.values, run)[1] for run in runs])
-        for model, e in estimates.items()
-    ]
+    every = slice(None, None, max(1, -(-len(run.P.t) // MOST_SHOWN)))
+    t = run.P.t[every]
     replays = {model: replay_run(rig, model, e.values, run) for model, e in estimates.items()}
-    measured = [thinned(P) for P in run.pressures]
-    t = measured[0].t
-    names = [name for name, (low, high) in rig.ends.items() if low < high]
-    quantities = {name: fitted_quantity(name) for name in names}
     shown = {
         model: e._replace(
             values={name: e.values[name] for name in fitted_names(rig, model)},
@@ -229,10 +232,15 @@ def judged_models(
         )
         for model, e in estimates.items()
     }
+    off_T = [
+        np.concatenate([run_errors(rig, model, e.values, run)[1] for run in runs])
+        for model, e in estimates.items()
+    ]
+    quantities = {name: fitted_quantity(name) for name, (low, high) in rig.ends.items() if low < high}
     K = {"units": "K"}
     data = estimates_data(shown, {name: quantity.unit for name, quantity in quantities.items()})
     data = data.assign_coords(t=("t", t, {"units": "s"})).assign(
-        P=(("chamber", "t"), [np.interp(t, *P) for P in measured], {"units": "Pa"}),
+        P=(("chamber", "t"), [P.values[every] for P in run.pressures], {"units": "Pa"}),
         x=("t", np.interp(t, run.t, run.x), {"units": "m"}),
         rms_temperature=("model", [rms(T) if len(T) else np.nan for T in off_T], K),
     )
@@ -252,18 +260,6 @@ def judged_models(
     )
 
 
-def how_judged(runs: Sequence[Run]) -> str:
-    """Sentence on what was fitted, and what models are ranked by."""
-    if len(runs) > 1:
-        first, rest = "the first quarter of the pulses was fitted", "the others, which they replay from rest"
-    elif len(parted(runs)) > 1:
-        first, rest = "estimates are from all points", "every second point, fitted on the others, both ways"
-    else:
-        first = "the first part of the run was fitted"
-        rest = "the rest, which they replay from the run's start"
-    return f"{first}; models are ranked by their error on {rest}"
-
-
 def unphysical(rig: Rig, estimates: Mapping[str, Estimate]) -> list[str]:
     """Warnings of an n or a discharge coefficient that no gas and no orifice has, by model."""
     physical = {"n": (1.0, rig.gas.gamma), "C_d": C_D}
@@ -273,8 +269,3 @@ def unphysical(rig: Rig, estimates: Mapping[str, Estimate]) -> list[str]:
         for name, (low, high) in physical.items()
         if name in e.values and not low <= e.values[name] <= high
     ]
-
-
-def thinned(points: Points) -> Points:
-    """Every k-th of some points, so that at most `MOST_SHOWN` remain."""
-    return points.part(np.arange(len(points.t)) % max(1, -(-len(points.t) // MOST_SHOWN)) == 0)
