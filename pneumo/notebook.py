@@ -494,14 +494,12 @@ def rig(
         File or table with t and P_A, for a chamber also x and u; optionally T, P_B.
     models
         Names of the models, by default all.
-    columns
-        Column and unit of each quantity, if not as the headers name them.
+    columns, progress
+        As in `pneumo.fit`.
     command
         Whether the column u is the valve's command, or the pressure's edges show it.
     temperature
         Whether measured gas temperatures are fitted too, and their lag.
-    progress
-        Is called with a line after each model.
 
     Raises
     ------

@@ -11,12 +11,8 @@ from typer import Argument, Option
 
 from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, Trust, output_to, read_configuration
 from pneumo.fitting.fitted_parameters import ALSO
-from pneumo.fitting.record.formats import FORMATS
 
-READ_FORMATS = ", ".join(form.name for form in FORMATS)
-
-
-RECORD = f"record with t, u, x, P_A, P_B, optionally T, P_s: {READ_FORMATS}"
+RECORD = "record with t, u, x, P_A, P_B, optionally T, P_s: text, MATLAB, TDMS, MDF, Excel and more"
 Record = Annotated[Path, Argument(help=RECORD)]
 Columns = Annotated[
     str | None,

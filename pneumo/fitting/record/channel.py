@@ -1,19 +1,16 @@
 """Channels of a record: each has a name, a unit and a clock of its own, whatever format it came from."""
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.units import Reading, reading
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 MOST_ROWS = 2_000_000
 MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a")
@@ -92,8 +89,6 @@ def refuse(path: Path, channel: Channel, quantity: str, rows: np.ndarray, proble
 
 def numbers(path: Path, channel: Channel, quantity: str) -> np.ndarray:
     """Numbers of a channel, NaN where they are missing; `InputError` for other text or an infinite number."""
-    import pandas as pd
-
     values = channel.values
     if values.dtype.kind in "iuf":
         result, absent = values.astype(float), np.isnan(values)
@@ -115,8 +110,6 @@ def seconds(path: Path, clock: Channel, unit: str) -> tuple[int, np.ndarray]:
 
     Numbers in `unit`, stamps, or durations such as `0.5 sec` or `00:01:02.5`.
     """
-    import pandas as pd
-
     values = np.asarray(pd.Series(clock.values).infer_objects())
     if values.dtype.kind in "OUS":
         text = pd.Series(values).astype(str).str.strip()
@@ -151,10 +144,8 @@ def seconds(path: Path, clock: Channel, unit: str) -> tuple[int, np.ndarray]:
         return start, np.where(absent, np.nan, (values - first).astype(float) * per_second)
 
 
-def _stamps(text: "pd.Series", first: str) -> "pd.Series | None":
+def _stamps(text: pd.Series, first: str) -> pd.Series | None:
     """Stamps or durations, NaT where a text is none; None if the first text is neither."""
-    import pandas as pd
-
     if re.fullmatch(DURATION, first):
         return pd.to_timedelta(text.where(text.str.fullmatch(DURATION)).str.replace(",", "."))
     if re.match(r"\d{4}([-/])\d\d\1\d\d\D.*:", first):
@@ -198,27 +189,16 @@ def is_time(name: str) -> bool:
     return TIME_NAME.fullmatch(name.strip()) is not None
 
 
-def table_channels(
-    columns: Iterable[tuple[str, np.ndarray]],
-    units: Sequence[str] = (),
-    held: Sequence[bool | None] = (),
-    first_line: int = 0,
-    time_unit: str = "",
-) -> list[Channel]:
-    """Channels of a table.
+def table_channels(columns: Sequence[Channel]) -> list[Channel]:
+    """Channels of a table's columns, with their clocks.
 
     Where several columns have the same name of a time, each is the clock of those right of it. Columns of
     seconds and nanoseconds are one clock.
     """
-    given = zip_longest(columns, units, held)
-    made = [Channel(c[0], c[1], u or "", None, rule, first_line) for c, u, rule in given if c is not None]
-    names = [channel.name.strip().lower() for channel in made]
-    times = [k for k, name in enumerate(names) if is_time(name)]
-    for k in times:
-        made[k] = made[k]._replace(unit=made[k].unit or time_unit)
-    result, (clock, parts) = list[Channel](), _sec_nanosec(made)
-    for k, channel in enumerate(made):
-        if k in times and names.count(names[k]) > 1:
+    names = [channel.name.strip().lower() for channel in columns]
+    result, (clock, parts) = list[Channel](), _sec_nanosec(columns)
+    for k, channel in enumerate(columns):
+        if is_time(names[k]) and names.count(names[k]) > 1:
             clock = channel
         elif k not in parts:
             result.append(channel._replace(clock=clock))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
+import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import parse_yaml, read_yaml
@@ -121,8 +122,6 @@ def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
 
 def _is_on_off(channel: Channel) -> bool:
     """Whether a command has two states: 0 and 1, or words such as TRUE and FALSE."""
-    import pandas as pd
-
     states = {str(value).strip().lower() for value in pd.unique(channel.values)[:5]}
     return states - {"", "nan"} in ({"0", "1"}, {"0.0", "1.0"}, {"true", "false"}, {"on", "off"})
 

@@ -1,7 +1,4 @@
-"""Files and tables in memory as channels; `FORMATS` has a row for each format.
-
-Readers import their libraries themselves: the help of the command line lists the formats without loading any.
-"""
+"""Files and tables in memory as channels; `FORMATS` has a row for each format."""
 
 import dataclasses
 import gzip
@@ -9,9 +6,12 @@ import warnings
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy.io import loadmat
 
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import MOST_ROWS, Channel, distinct, is_time, limit, table_channels
@@ -20,29 +20,23 @@ from pneumo.fitting.record.text import read_text
 from pneumo.fitting.record.units import TIMES, plain_unit
 from pneumo.regular_file import regular_file
 
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
 LARGEST_FILE = 200_000_000  # bytes
 MOST_NUMBERS = 40_000_000  # of all channels together: 320 MB
 LONGEST_ARRAY = 200  # in a message of ROS whose numbers are signals
 DATA, TIME = ("Data", "data", "values", "Values"), ("Time", "time", "t")  # members of MATLAB's structs
 
 
-def given_channels(source: "pd.DataFrame | xr.Dataset") -> list[Channel]:
+def given_channels(source: pd.DataFrame | xr.Dataset) -> list[Channel]:
     """Channels of a data frame or dataset in memory; of a data frame, an index with a name or times too."""
-    import xarray as xr
-
     if isinstance(source, xr.Dataset):
         return _of_dataset(source)
     index = source.index
     if index.name or index.dtype.kind in "mM":
         source = source.rename_axis(index.name or "t").reset_index()
-    return table_channels((str(name), source.iloc[:, k].to_numpy()) for k, name in enumerate(source.columns))
+    return table_channels([Channel(str(name), column.to_numpy()) for name, column in source.items()])
 
 
-def _of_dataset(data: "xr.Dataset") -> list[Channel]:
+def _of_dataset(data: xr.Dataset) -> list[Channel]:
     """One-dimensional variables of a dataset; the time along their dimension is their clock."""
     flat = {str(name): data[name] for name in data.variables if data[name].ndim == 1}
     made = {
@@ -59,8 +53,6 @@ def _of_dataset(data: "xr.Dataset") -> list[Channel]:
 
 
 def _netcdf(path: Path) -> list[Channel]:
-    import xarray as xr
-
     with xr.open_dataset(path, engine="netcdf4", decode_times=False) as data:
         return _of_dataset(data)
 
@@ -82,8 +74,6 @@ def _members(name: str, value: Any, clock: Channel | None, unit: str = "") -> It
     A struct of Simulink's block To Workspace has time and signals, one of dSPACE X and Y with Name and Data,
     a time series Time and Data. In others, the time as long as a vector is its clock.
     """
-    import pandas as pd
-
     if isinstance(value, pd.DataFrame):  # MATLAB's table or timetable
         attributes = value.attrs.get("varUnits") or value.attrs.get("VariableUnits") or []
         units = dict(zip(value.columns, attributes, strict=False))
@@ -134,8 +124,6 @@ def _listed(value: Any) -> list[Any]:
 
 
 def _matlab(path: Path) -> list[Channel]:
-    from scipy.io import loadmat
-
     try:
         loaded = loadmat(path, appendmat=False, simplify_cells=True)
     except NotImplementedError:  # version 7.3
@@ -172,15 +160,11 @@ def _hdf5(path: Path) -> list[Channel]:
 
 
 def _arrow(path: Path) -> list[Channel]:
-    import pandas as pd
-
     return given_channels((pd.read_feather if path.suffix.lower() == ".feather" else pd.read_parquet)(path))
 
 
 def _excel(path: Path) -> list[Channel]:
     """First sheet of a workbook, read as the text that saving it as CSV would give."""
-    import pandas as pd
-
     sheet = pd.read_excel(path, header=None, dtype=object, engine="openpyxl")
     return read_text(path, sheet.to_csv(sep="\t", index=False, header=False).encode())
 
@@ -332,7 +316,7 @@ def _checked(read: Callable[[Path], list[Channel]], path: Path) -> list[Channel]
     return channels
 
 
-def read_channels(source: "Path | str | pd.DataFrame | xr.Dataset") -> tuple[Path, list[Channel]]:
+def read_channels(source: Path | str | pd.DataFrame | xr.Dataset) -> tuple[Path, list[Channel]]:
     """Path and channels of a file in one of the `FORMATS`, or of a table in memory.
 
     Raises

@@ -52,11 +52,15 @@ class Measurement(NamedTuple):
         """Time from the first sample, s."""
         return self.period * np.arange(len(self.u))
 
+    def part(self, first: int, last: int | None = None) -> "Measurement":
+        """The samples from the first on, up to the last or the end."""
+        chosen = slice(first, last if last is None else last + 1)
+        m, P_s = (s if s is None else s[..., chosen] for s in (self.m, self.P_s))
+        return self._replace(u=self.u[chosen], x=self.x[chosen], P=self.P[:, chosen], P_s=P_s, m=m)
+
     def since(self, begin: float) -> "Measurement":
         """The rest of the measurement, from the time `begin` on, s."""
-        first = int(np.searchsorted(self.t, begin))
-        m, P_s = (signal if signal is None else signal[..., first:] for signal in (self.m, self.P_s))
-        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], P_s=P_s, m=m)
+        return self.part(int(np.searchsorted(self.t, begin)))
 
 
 def read_series(

@@ -5,7 +5,6 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -38,10 +37,10 @@ def serve() -> None:
     """Answer the call of `isolated`."""
     answer = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # a library's own output is no answer
+    function, arguments = pickle.load(sys.stdin.buffer)  # noqa: S301 - written by `isolated`
     _bound_memory()
     result, error = None, None
     try:
-        function, arguments = pickle.load(sys.stdin.buffer)  # noqa: S301 - written by `isolated`
         result = function(*arguments)
     except (InputError, ImportError) as refused:
         error = refused
@@ -59,7 +58,6 @@ def _bound_memory() -> None:
     if status.exists():
         import resource
 
-        import_module("pandas")  # what it needs is no part of the bound
         used = int(status.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
         resource.setrlimit(resource.RLIMIT_AS, (used + LARGEST_MEMORY, hard))
