@@ -98,8 +98,6 @@ def numbers(path: Path, channel: Channel, quantity: str) -> np.ndarray:
         if quantity == "u" and words[~absent].isin(WORDS).all():
             return words.map(WORDS).to_numpy(dtype=float)
         result = np.where(absent, np.nan, pd.to_numeric(words, errors="coerce"))
-        if values.dtype.kind == "b":
-            result[:] = np.nan
     bad = ~(np.abs(result) < LARGEST) & ~absent
     refuse(path, channel, quantity, np.flatnonzero(bad), "{value}: must be a finite number")
     return result
