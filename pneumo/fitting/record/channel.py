@@ -97,7 +97,8 @@ def numbers(path: Path, channel: Channel, quantity: str) -> np.ndarray:
         absent = words.isin(MISSING).to_numpy()
         if quantity == "u" and words[~absent].isin(WORDS).all():
             return words.map(WORDS).to_numpy(dtype=float)
-        result = np.where(absent, np.nan, pd.to_numeric(words, errors="coerce"))
+        result = np.array(pd.to_numeric(words, errors="coerce"), dtype=float)
+        result[absent] = np.nan
     bad = ~(np.abs(result) < LARGEST) & ~absent
     refuse(path, channel, quantity, np.flatnonzero(bad), "{value}: must be a finite number")
     return result
@@ -178,7 +179,7 @@ def series(path: Path, channel: Channel, quantity: str, clock: Channel, t_unit: 
     shift = t[rows[0]]
     held = channel.held if channel.held is not None else quantity == "u"
     values = read.factor * values[rows] + read.offset
-    start += round(1e9 * shift)
+    start += round(1e9 * float(shift))
     return Series(quantity, channel, start, t[rows] - shift, values, rows, read.text, held)
 
 

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 import xarray as xr
-from scipy.io import loadmat
 
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import MOST_ROWS, Channel, distinct, is_time, limit, table_channels
@@ -125,7 +124,7 @@ def _listed(value: Any) -> list[Any]:
 
 def _matlab(path: Path) -> list[Channel]:
     try:
-        loaded = loadmat(path, appendmat=False, simplify_cells=True)
+        loaded = import_module("scipy.io").loadmat(path, appendmat=False, simplify_cells=True)
     except NotImplementedError:  # version 7.3
         loaded = {}
     if not loaded or "__function_workspace__" in loaded:

@@ -7,8 +7,6 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from pneumo.configuration.plausible_cylinders import ATMOSPHERE
-
 LENGTHS = {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
 TIMES = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
@@ -80,6 +78,8 @@ STANDARD_ATMOSPHERE = 101325.0  # Pa
 
 def gauge_zero(P_port: float) -> float:
     """Pressure at which a gauge shows zero, Pa: the atmosphere, even where the port is a vacuum line."""
+    from pneumo.configuration.plausible_cylinders import ATMOSPHERE  # not needed to read a file
+
     return P_port if ATMOSPHERE[0] <= P_port <= ATMOSPHERE[1] else STANDARD_ATMOSPHERE
 
 

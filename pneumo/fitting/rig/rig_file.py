@@ -1,10 +1,11 @@
 """A rig as its user writes it: every quantity is a number, or two numbers between which it is fitted.
 
-`QUANTITIES` is the one table of what a rig may have. Parts that are not named are not there: without
+`quantities.csv` is the one table of what a rig may have. Parts that are not named are not there: without
 `hose_volume_mL` there is no hose, without `dead_volume_B_mL` one chamber.
 """
 
 from collections.abc import Mapping
+from csv import DictReader
 from difflib import get_close_matches
 from math import inf
 from pathlib import Path
@@ -44,73 +45,14 @@ class Quantity(NamedTuple):
     needs: tuple[str, ...] = ()  # quantities that must be given with it
 
 
-def _mL(meaning: str, *needs: str) -> Quantity:
-    return Quantity("mL", 0.01, 1e7, None, meaning, needs)
+def _quantity(row: Mapping[str, str]) -> Quantity:
+    default = float(row["default"]) if row["default"] else None
+    needs = tuple(row["needs"].split())
+    return Quantity(row["unit"], float(row["low"]), float(row["high"]), default, row["meaning"], needs)
 
 
-def _C(meaning: str, *needs: str) -> Quantity:
-    return Quantity("dm3_per_sbar", 1e-4, 1e3, None, meaning, needs)
-
-
-def _b(of: str, need: str, otherwise: str = "eq (1)") -> Quantity:
-    return Quantity("", 0.01, 0.99, None, f"critical ratio of {of}; {otherwise} where absent", (need,))
-
-
-def _W_per_K(meaning: str) -> Quantity:
-    return Quantity("W_per_K", 0, 1e4, 0, meaning)
-
-
-QUANTITIES: dict[str, Quantity] = {
-    "volume": Quantity("L", 1e-6, 1e6, None, "a vessel's; for a cylinder bore and dead volume instead"),
-    "bore": Quantity("mm", 1, 1e4, None, "piston diameter", ("dead_volume",)),
-    "rod": Quantity("mm", 0, 1e4, 0, "diameter of a rod in this chamber"),
-    "dead_volume": _mL("of the chamber at the smallest x of the record", "bore"),
-    "k_0": _W_per_K("conductance from gas to wall at the start"),
-    "store_k": _W_per_K("conductance from the gas to a heat store beside it"),
-    "store_c": Quantity("J_per_K", 0, 1e7, 0, "heat capacity of that store; 0: none"),
-    "store_back": _W_per_K("conductance from the store to the wall"),
-    "n": Quantity("", 0.1, 10, None, "polytropic index, of models that have one; [1, gamma] by default"),
-    "hose_volume": _mL("of a line between valve and chamber", "hose_C"),
-    "hose_C": _C("its sonic conductance by ISO 6358, inward", "hose_volume"),
-    "hose_b": _b("the line", "hose_volume"),
-    "hose_out_over_in": Quantity("", 1e-3, 1e3, 1, "its C outward over inward: a throttle with check valve"),
-    "hose_k": _W_per_K("conductance from the line's gas to its wall"),
-    "valve_C_in": _C("of an open on/off valve, from the supply", "valve_C_out", "P_s"),
-    "valve_C_out": _C("of a closed one, out", "valve_C_in"),
-    "valve_b": _b("both", "valve_C_in"),
-    "valve_b_out": _b("the way out", "valve_C_in", "valve_b"),
-    "valve_opening_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that opens it to the first flow"),
-    "valve_closing_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that closes it"),
-    "valve_opening": Quantity("ms", 0.01, 1e4, 1, "time that it takes to open"),
-    "valve_closing": Quantity("ms", 0.01, 1e4, 1, "time that it takes to close"),
-    "silencer_volume": _mL("of a silencer behind each exhaust of the valve", "silencer_C", "valve_C_out"),
-    "silencer_C": _C("its sonic conductance to the atmosphere", "silencer_volume"),
-    "silencer_b": _b("the silencer", "silencer_volume"),
-    "orifice": Quantity("mm", 1e-3, 1e3, None, "diameter of an opening to the surroundings, never shut"),
-    "C_d": Quantity("", 1e-3, 10, 1, "its discharge coefficient"),
-    "orifice_b": _b("the orifice", "orifice"),
-    "P_s": Quantity("bar", 0.01, 500, None, "absolute supply pressure", ("valve_C_in",)),
-    "supply_volume": Quantity(
-        "L", 1e-6, 1e6, None, "of a supply that sags; infinite where absent", ("regulator_C", "valve_C_in")
-    ),
-    "regulator_C": _C("from a source at P_s into that volume", "supply_volume"),
-    "regulator_b": _b("the regulator", "supply_volume"),
-    "P_surroundings": Quantity("bar", 1e-3, 500, 1.01325, "absolute pressure of the atmosphere"),
-    "T_surroundings": Quantity("K", 100, 1000, 293.15, "of walls, supply and atmosphere"),
-    "P_start": Quantity("bar", 1e-3, 500, None, "before the first sample; the surroundings' where absent"),
-    "T_start": Quantity("K", 100, 1000, None, "of the gas then; the surroundings' where absent"),
-    "T_lag": Quantity("s", 0, 1e3, 0, "lag of the thermometer in the gas, of first order"),
-    "dead_volume_B": _mL("of the other chamber on a 5/2 valve, at the largest x", "bore", "valve_C_in"),
-}
-SHARED = ("rod", "k_0", "hose_volume", "hose_C", "valve_C_in", "valve_C_out", "T_start")  # by both chambers
-QUANTITIES |= {
-    f"{name}_B": row._replace(default=None, meaning=f"of the other chamber; as {name} where absent")
-    for name in SHARED
-    for row in [QUANTITIES[name]._replace(needs=("dead_volume_B", *(["hose_volume"] * ("hose" in name))))]
-}
-QUANTITIES["P_start_B"] = QUANTITIES["P_start"]._replace(
-    meaning="of the other chamber before a pulse; P_s where absent", needs=("dead_volume_B",)
-)
+with Path(__file__).with_name("quantities.csv").open(encoding="utf-8", newline="") as _file:
+    QUANTITIES = {row["name"]: _quantity(row) for row in DictReader(_file)}
 AT_MOST_ONE = (("volume", "bore"), ("orifice", "valve_C_in"))
 TEXTS = {"gas": tuple(GASES), "sensor": SENSORS}
 

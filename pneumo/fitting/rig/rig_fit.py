@@ -147,40 +147,32 @@ def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
     ]
 
 
-def parted(runs: Sequence[Run]) -> list[tuple[Sequence[Run], Sequence[Run]]]:
-    """Runs that are fitted, and runs that are held out, for each fit by which a model is judged.
+Parts = list[tuple[Sequence[Run], Sequence[Run]]]  # runs that are fitted, and that are held out
+
+
+def parted(runs: Sequence[Run]) -> tuple[Sequence[Run], Parts, str]:
+    """Runs from which the estimates are, parts by which a model is judged, and a sentence on both.
 
     Of several runs, the first are fitted. Of a single run with many points, the later ones are held out. Of
     one with few points, every second is held out, then the others.
     """
+    ranked_by = "models are ranked by their error on"
     if len(runs) > 1:
         first = max(1, round(PART_OF_RUNS * len(runs)))
-        return [(runs[:first], runs[first:])]
+        text = (
+            f"the first quarter of the pulses was fitted; {ranked_by} the others, which they replay from rest"
+        )
+        return runs[:first], [(runs[:first], runs[first:])], text
     (run,), t = runs, runs[0].P.t
     if len(t) > FEW_POINTS:
         last = t[0] + PART * np.ptp(t)
-        return [([run.within(-np.inf, last)], [run.within(last, np.inf)])]
+        early = [run.within(-np.inf, last)]
+        text = f"{ranked_by} the rest, which they replay from the run's start"
+        return early, [(early, [run.within(last, np.inf)])], f"the first part of the run was fitted; {text}"
     even = np.arange(len(t)) % 2 == 0
-    first, second = (run._replace(P=run.P.part(chosen)) for chosen in (even, ~even))
-    return [([first], [second]), ([second], [first])]
-
-
-def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
-    """Runs, or parts of a single run, from which the estimates are: of few points all."""
-    parts = parted(runs)
-    return parts[0][0] if len(parts) == 1 else runs
-
-
-def how_judged(runs: Sequence[Run]) -> str:
-    """Sentence on what was fitted, and what models are ranked by."""
-    if len(runs) > 1:
-        first, rest = "the first quarter of the pulses was fitted", "the others, which they replay from rest"
-    elif len(parted(runs)) > 1:
-        first, rest = "estimates are from all points", "every second point, fitted on the others, both ways"
-    else:
-        first = "the first part of the run was fitted"
-        rest = "the rest, which they replay from the run's start"
-    return f"{first}; models are ranked by their error on {rest}"
+    first, second = ([run._replace(P=run.P.part(chosen))] for chosen in (even, ~even))
+    text = f"estimates are from all points; {ranked_by} every second point, fitted on the others, both ways"
+    return runs, [(first, second), (second, first)], text
 
 
 def judged(
@@ -190,9 +182,9 @@ def judged(
     temperature: bool = False,
     near: Mapping[str, float] | None = None,
 ) -> Estimate:
-    """Estimate of a model from `fitted_runs`, with its error on points that a fit did not use."""
-    parts = parted(runs)
-    estimate = fit_rig(rig, model, fitted_runs(runs), temperature, near)
+    """Estimate of a model from the runs that are fitted, with its error on points that a fit did not use."""
+    fitted, parts, _ = parted(runs)
+    estimate = fit_rig(rig, model, fitted, temperature, near)
     left = list[list[np.ndarray]]()
     for used, others in parts:
         values = estimate.values
@@ -221,7 +213,7 @@ def judged_models(
         estimates[model] = judged(rig, model, runs, temperature, best and best.values)
         fitted, left = (rms_of_chambers(e) / 1e3 for e in (estimates[model].rms, estimates[model].held_out))
         progress(f"{model}: {fitted:.2f} kPa fitted, {left:.2f} held out")
-    estimates, run, used = ranked(estimates), runs[-1], fitted_runs(runs)
+    estimates, run, (used, _, text) = ranked(estimates), runs[-1], parted(runs)
     every = slice(None, None, max(1, -(-len(run.P.t) // MOST_SHOWN)))
     t = run.P.t[every]
     replays = {model: replay_run(rig, model, e.values, run) for model, e in estimates.items()}
@@ -252,7 +244,7 @@ def judged_models(
     lowest = min(rms_of_chambers(e.rms) for e in estimates.values())
     return FitResult(
         data=data,
-        notes=(how_judged(runs),),
+        notes=(text,),
         warnings=(*rig_warnings(rig, used, lowest), *unphysical(rig, shown)),
         held_out_from=0.0 if len(runs) > 1 else float(used[0].P.t[-1]),
         quantities=quantities,
