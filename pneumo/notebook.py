@@ -36,8 +36,7 @@ from pneumo.fitting.position_checks import position_shown
 from pneumo.fitting.record.columns import Column
 from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement, read_measurement
-from pneumo.fitting.rig.rig_file import read_rig
-from pneumo.fitting.rig.rig_file import rig as rig_of
+from pneumo.fitting.rig import rig_file
 from pneumo.fitting.rig.rig_fit import judged_models
 from pneumo.fitting.rig.rig_record import read_runs
 from pneumo.fitting.rig.rig_replay import RIG_MODELS
@@ -78,13 +77,9 @@ class RigFit:
     @cached_property
     def estimates(self) -> pd.DataFrame:
         """Estimates by (model, parameter), SI units: value, ends of the 95 per cent interval, unit."""
+        quantities = self.result.quantities
         rows = [
-            {
-                "model": model,
-                "parameter": name,
-                **interval._asdict(),
-                "unit": self.result.quantities[name].unit,
-            }
+            {"model": model, "parameter": name, **interval._asdict(), "unit": quantities[name].unit}
             for model in self.result.models
             for name, interval in self.result.estimates(model).items()
         ]
@@ -503,16 +498,14 @@ def rig(
 
     Raises
     ------
-    ConfigurationError
-        If the rig is wrong.
-    InputError
-        If the record cannot be used, or an argument is none of those allowed.
+    ConfigurationError, InputError
+        If the rig is wrong; if the record cannot be used, or an argument is none of those allowed.
     """
     _check("command", command, ("column", "edges"))
     for name in models or ():
-        _check("--model", name, RIG_MODELS)
-    known = rig_of(file, "rig") if isinstance(file, Mapping) else read_rig(Path(file))
+        _check("model", name, RIG_MODELS)
+    known = rig_file.rig(file, "rig") if isinstance(file, Mapping) else rig_file.read_rig(Path(file))
     runs = read_runs(record, known, columns, from_edges=command == "edges")
-    chosen = tuple(dict.fromkeys(models)) if models else RIG_MODELS
+    chosen = tuple(dict.fromkeys(models or RIG_MODELS))
     name = str(record) if isinstance(record, Path | str) else "record"
     return RigFit(judged_models(known, runs, chosen, temperature, progress), name)

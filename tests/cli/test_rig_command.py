@@ -64,7 +64,7 @@ def test_the_function_gives_an_object_that_shows_what_the_command_writes(tmp_pat
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((TANK, POINTS, "--model", "M77"), "--model = 'M77': must be one of M1,"),
+        ((TANK, POINTS, "--model", "M77"), "model = 'M77': must be one of M1,"),
         ((TANK, POINTS, "--model", "m8"), "model 'm8': no such model, perhaps M8"),
         ((TANK, "absent.csv"), "absent.csv: no such file"),
         (("absent.yaml", POINTS), "absent.yaml"),
