@@ -207,13 +207,15 @@ def _signals(
 ) -> dict[str, Points]:
     """Signals of a record at the times at which they were measured.
 
-    Times count from the first sample, but those of a pressure named P as they are: the run began at 0.
+    Times count from the first sample, but those of a pressure P with times of its own as they are: the run
+    began at 0.
     """
     columns = dict(mapping) if mapping else columns_by_header(channels)
     clocks = "t" in columns or all(c.clock is not None for c in channels)
     missing = [name for name, given in (("t", clocks), ("P_A", "P_A" in columns)) if not given]
     around = Surroundings(P_atm=rig.ends["P_surroundings"][0], R=rig.gas.R)
     measured = {} if missing else read_series(path, channels, columns, around)
+    from_zero = not mapping and any(c.name == "P" and c.clock is not None for c in channels)
     found = dict[str, Points]()
     for name, signal in measured.items():
         if name in ("P_A", "P_B") and signal.values.min() <= 0:
@@ -221,8 +223,7 @@ def _signals(
             raise InputError(f"{path}: column {lowest}: must be positive; a gauge's unit is written bar(g)")
         if (np.diff(signal.t) <= 0).any():
             raise InputError(f"{path}: t: must be numbers that increase from row to row")
-        begin = 1e-9 * signal.start if columns["P_A"].column == "P" else 0.0
-        found[name] = Points(signal.t + begin, signal.values)
+        found[name] = Points(signal.t + 1e-9 * signal.start * from_zero, signal.values)
     if missing or len(found["P_A"].t) < SHORTEST:
         raise InputError(f"{path}: no column {[*missing, 'P_A'][0]} with at least {SHORTEST} numbers")
     return found

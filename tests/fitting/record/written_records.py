@@ -259,16 +259,6 @@ def mdf():
         return file.save(Path(folder) / "a.mf4", overwrite=True).read_bytes()
 
 
-def stamped():
-    iso = pd.Timestamp("2024-05-13T10:11:12") + pd.to_timedelta(TIME, unit="s")
-    return named(",", time="Time") + rows([stamp.isoformat() for stamp in iso])
-
-
-def clock_times():
-    times = [f"10:{11 + int(t) // 60:02}:{t % 60:09.6f}" for t in TIME]
-    return named(";", time="Zeit") + rows(times, sep=";")
-
-
 COMMON = {  # one rate
     "commas, time in ms": ("a.csv", lambda: named(",") + rows(MS)),
     "packed": ("a.csv.gz", lambda: gzip.compress((named(",") + rows(MS)).encode(), mtime=0)),
@@ -280,8 +270,14 @@ COMMON = {  # one rate
     "spaces, commented header with commas": ("a.exp", lambda: "#" + named(",", "{}({})") + rows(MS, sep=" ")),
     "row of units": ("a.csv", lambda: "Time;u;x;P_A;P_B\n[ms];[V];[mm];[bar a];[bara]\n" + rows(MS, sep=";")),
     "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(MS, sep="\t")).encode("utf-16")),
-    "ISO stamps": ("a.csv", stamped),
-    "time of day": ("a.csv", clock_times),
+    "ISO stamps": (
+        "a.csv",
+        lambda: named(",", time="Time") + rows([f"2024-05-13T10:11:{t:09.6f}" for t in TIME]),
+    ),
+    "time of day": (
+        "a.csv",
+        lambda: named(";", time="Zeit") + rows([f"10:11:{t:09.6f}" for t in TIME], sep=";"),
+    ),
     "MATLAB's writetimetable": (
         "a.csv",
         lambda: named(",", time="Time") + rows([f"{t!r} sec" for t in TIME.tolist()]),
