@@ -61,14 +61,20 @@ def check(kind, seed):
             assert isinstance(found, Measurement) and len(found.u) == len(found.x) == found.P.shape[1]
 
 
+def largest_child():
+    """Largest memory of a process that has ended, kB."""
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+
+
 @settings(max_examples=300, deadline=None)  # `make soak`: 6,000
 @given(kind=st.sampled_from([kind for kind in KINDS if written.is_text(kind)]), seed=SEEDS)
 def test_a_damaged_text_gives_one_line_or_a_reading(kind, seed):
     check(kind, seed)
 
 
-@settings(max_examples=40, deadline=None)  # `make soak`: 800
+@settings(max_examples=20, deadline=None)  # `make soak`: 400; each starts a process
 @given(kind=st.sampled_from(OF_LIBRARIES), seed=SEEDS)
 def test_a_damaged_file_of_a_library_gives_one_line_or_a_reading(kind, seed):
+    before = largest_child()  # of other tests too
     check(kind, seed)
-    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < MOST_MEMORY
+    assert largest_child() in (before, min(largest_child(), MOST_MEMORY))
