@@ -93,7 +93,7 @@ def read_series(
         read = column.reading(path, quantity, around)
         found[quantity] = series(path, channel, quantity, clock, clock_unit(clock, columns), read)
     start = min((signal.start for signal in found.values()), default=0)
-    return {q: s._replace(start=start, t=s.t + 1e-9 * (s.start - start)) for q, s in found.items()}
+    return {q: s._replace(start=start, t=s.t + (s.start - start) / 1e9) for q, s in found.items()}
 
 
 def read_measurement(

@@ -46,7 +46,7 @@ def check_clock(path: Path, signal: Series, closed: bool, *, sensor: bool) -> No
     cylinder at work, or `closed` chambers, which change more slowly. A command that was logged on changes, or
     more slowly than sensors, may have any.
     """
-    t, usual = 1e-9 * signal.start + signal.t, signal.period
+    t, usual = signal.start / 1e9 + signal.t, signal.period
     name = "t" if signal.channel.clock is None else f"t of {signal.quantity}"
     steps = np.diff(signal.t, prepend=-np.inf)  # each sample's from the one before
     of_time = signal._replace(quantity=name)

@@ -223,7 +223,7 @@ def _signals(
             raise InputError(f"{path}: column {lowest}: must be positive; a gauge's unit is written bar(g)")
         if (np.diff(signal.t) <= 0).any():
             raise InputError(f"{path}: t: must be numbers that increase from row to row")
-        found[name] = Points(signal.t + 1e-9 * signal.start * from_zero, signal.values)
+        found[name] = Points(signal.t + from_zero * signal.start / 1e9, signal.values)
     if missing or len(found["P_A"].t) < SHORTEST:
         raise InputError(f"{path}: no column {[*missing, 'P_A'][0]} with at least {SHORTEST} numbers")
     return found
