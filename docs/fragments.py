@@ -99,12 +99,9 @@ def fitted_parameters() -> str:
 
 
 def record_formats() -> str:
-    """The formats of a record: those that are read, and what to do with the others."""
-    rows = [
-        [form.name, ", ".join(form.suffixes) or "other", "yes" if form.read else "no", form.remark]
-        for form in FORMATS
-    ]
-    return table(["format", "file ending", "read", "remark"], rows)
+    """The formats of a record."""
+    rows = [[form.name, ", ".join(form.suffixes) or "other", form.remark] for form in FORMATS]
+    return table(["format", "file ending", "remark"], rows)
 
 
 def rig_quantities() -> str:

@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from pneumo.linear.observer import ekf as ekf
     from pneumo.notebook import ModelStudy as ModelStudy
     from pneumo.notebook import RecordFit as RecordFit
+    from pneumo.notebook import RigFit as RigFit
     from pneumo.notebook import fit as fit
     from pneumo.notebook import read_record as read_record
+    from pneumo.notebook import rig as rig
     from pneumo.notebook import study as study
     from pneumo.physics.cylinder import Cylinder as Cylinder
     from pneumo.physics.models import MODELS as MODELS
@@ -49,7 +51,7 @@ _NAMES = {
     "errors": "ConfigurationError InputError PneumoError ResultError RunError",
     "linear.linear_model": "Linear linearise",
     "linear.observer": "Estimate ekf",
-    "notebook": "ModelStudy RecordFit fit read_record study",
+    "notebook": "ModelStudy RecordFit RigFit fit read_record rig study",
     "physics.cylinder": "Cylinder",
     "physics.models": "MODELS Model",
     "physics.valve": "Conditions Gas Valve",

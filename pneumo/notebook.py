@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -28,7 +28,7 @@ from pneumo.errors import InputError, printable
 from pneumo.export import exported, write_files
 from pneumo.fitting.closed.closed_fit import fit_closed
 from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
-from pneumo.fitting.fitted_parameters import FULL_ORDER, QUANTITIES
+from pneumo.fitting.fitted_parameters import FULL_ORDER
 from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.measurement_fit import fit_measurement, fitted_too, validation
 from pneumo.fitting.mistaken_columns import check_columns
@@ -36,6 +36,10 @@ from pneumo.fitting.position_checks import position_shown
 from pneumo.fitting.record.columns import Column
 from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement, read_measurement
+from pneumo.fitting.rig import rig_file
+from pneumo.fitting.rig.rig_fit import judged_models
+from pneumo.fitting.rig.rig_record import read_runs
+from pneumo.fitting.rig.rig_replay import RIG_MODELS
 from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS, PART
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import pair_figure, record_figure, residual_figure
@@ -54,16 +58,11 @@ LOGGER = logging.getLogger("pneumo")
 
 
 @dataclass(frozen=True)
-class RecordFit:
-    """Models fitted to a record, from `pneumo.fit`."""
+class RigFit:
+    """Models fitted to a rig, from `pneumo.rig`."""
 
     result: FitResult
-    measurement: Measurement
-    plant: Plant  # as configured
-    configuration: Configuration
-    cylinder: str
-    command: Literal["held", "linear"]
-    x_from: Literal["mid", "end"] = "mid"
+    name: str  # of the record
 
     @property
     def warnings(self) -> list[str]:
@@ -78,8 +77,9 @@ class RecordFit:
     @cached_property
     def estimates(self) -> pd.DataFrame:
         """Estimates by (model, parameter), SI units: value, ends of the 95 per cent interval, unit."""
+        quantities = self.result.quantities
         rows = [
-            {"model": model, "parameter": name, **interval._asdict(), "unit": QUANTITIES[name].unit}
+            {"model": model, "parameter": name, **interval._asdict(), "unit": quantities[name].unit}
             for model in self.result.models
             for name, interval in self.result.estimates(model).items()
         ]
@@ -91,7 +91,7 @@ class RecordFit:
         columns = {
             (part, chamber): self.result.data[part].sel(chamber=chamber).values
             for part in ("rms_fitted", "rms_held_out")
-            for chamber in "AB"
+            for chamber in self.result.data["chamber"].values.tolist()
         }
         return pd.DataFrame(columns, index=pd.Index(self.result.models, name="model"))
 
@@ -99,6 +99,59 @@ class RecordFit:
     def residuals(self) -> xr.DataArray:
         """Measured minus replayed pressures, Pa, by (model, chamber, t)."""
         return (self.result.data["P"] - self.result.data["pressure"]).rename("residual")
+
+    def to_xarray(self) -> xr.Dataset:
+        """Measured and replayed pressures, estimates and errors, as the saved NetCDF file has them."""
+        return self.result.data
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Estimates, as the attribute `estimates`."""
+        return self.estimates
+
+    def plot(self) -> Figure:
+        """Figure of measured and replayed pressures of the best model, with residuals."""
+        return residual_figure(self.result)
+
+    def save(self, folder: Path | str) -> None:
+        """Write rig.html and rig.nc into a folder."""
+        folder = Path(folder)
+        check_output(folder)
+        self.result.save("none: a rig has a file of its own", folder / "rig.nc")
+        write_text(fit_page(self.result, Path(self.name).name), folder / "rig.html")
+
+    def __repr__(self) -> str:
+        """Text of at most ten lines: errors on the part held out, the rig's parameters, warnings."""
+        result = self.result
+        held_out = result.data["rms_held_out"]
+        errors = [
+            f"{model} {rms_of_chambers(held_out.sel(model=model).values) / 1e3:.3g}"
+            for model in result.models[:4]
+        ]
+        lines = [f"fit of {self.name}: RMS error held out (kPa): {', '.join(errors)}"]
+        for name, interval in list(result.estimates(result.model_of_rig).items())[:6]:
+            quantity = result.quantities[name]
+            shown = interval.scaled(quantity.factor)
+            unit = f" {quantity.shown_unit}" if quantity.shown_unit else ""
+            lines.append(f"  {quantity.heading} = {shown.value:.4g}{unit} ({shown.ends_text('.3g')})")
+        lines += [f"  warning: {first_words(text)}" for text in self.warnings[:2]]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """Table of the estimates with warnings, for notebooks."""
+        warnings = "".join(f"<p><strong>Warning:</strong> {escape(text)}</p>" for text in self.warnings)
+        return warnings + self.estimates.to_html(float_format="{:.4g}".format)
+
+
+@dataclass(frozen=True, repr=False)
+class RecordFit(RigFit):
+    """Models fitted to a record, from `pneumo.fit`."""
+
+    measurement: Measurement
+    plant: Plant  # as configured
+    configuration: Configuration
+    cylinder: str
+    command: Literal["held", "linear"]
+    x_from: Literal["mid", "end"] = "mid"
 
     @property
     def correlation(self) -> pd.DataFrame:
@@ -113,14 +166,6 @@ class RecordFit:
         By default of the full order, or else of the best model.
         """
         return pair_figure(self.result, model or self.result.model_of_rig)
-
-    def to_xarray(self) -> xr.Dataset:
-        """Measured and replayed pressures, estimates and errors, as ``fit.nc`` has them."""
-        return self.result.data
-
-    def to_pandas(self) -> pd.DataFrame:
-        """Estimates, as the attribute `estimates`."""
-        return self.estimates
 
     def export(self, file: Path | str, model: str = FULL_ORDER, to: str = "c") -> list[Path]:
         """Write a fitted model as source code or FMU, as `pneumo export` does from ``fitted.yaml``."""
@@ -139,15 +184,11 @@ class RecordFit:
 
     @property
     def _record(self) -> str:
-        return ", ".join(Path(name).name for name in self.measurement.name.split(", "))
+        return ", ".join(Path(name).name for name in self.name.split(", "))
 
     def plot_record(self) -> Figure:
         """Figure of the record's signals as the fit read them."""
         return record_figure(self.measurement)
-
-    def plot(self) -> Figure:
-        """Figure of measured and replayed pressures of the best model, with residuals."""
-        return residual_figure(self.result)
 
     def validate(
         self, other: Record | Measurement, columns: Mapping[str, Column] | None = None
@@ -173,27 +214,6 @@ class RecordFit:
         self.result.save(in_SI(self.configuration).config_sha256, folder / "fit.nc")
         write_text(fit_page(self.result, self._record), folder / "fit.html")
         write_text(self._fitted(), folder / "fitted.yaml")
-
-    def __repr__(self) -> str:
-        """Text of at most ten lines: errors on the part held out, the rig's parameters, warnings."""
-        result = self.result
-        held_out = result.data["rms_held_out"]
-        errors = [
-            f"{model} {rms_of_chambers(held_out.sel(model=model).values) / 1e3:.3g}"
-            for model in result.models[:4]
-        ]
-        lines = [f"fit of {self.measurement.name}: RMS error held out (kPa): {', '.join(errors)}"]
-        for name, interval in list(result.estimates(result.model_of_rig).items())[:6]:
-            shown, quantity = interval.scaled(QUANTITIES[name].factor), QUANTITIES[name]
-            unit = f" {quantity.shown_unit}" if quantity.shown_unit else ""
-            lines.append(f"  {quantity.heading} = {shown.value:.4g}{unit} ({shown.ends_text('.3g')})")
-        lines += [f"  warning: {first_words(text)}" for text in self.warnings[:2]]
-        return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        """Table of the estimates with warnings, for notebooks."""
-        warnings = "".join(f"<p><strong>Warning:</strong> {escape(text)}</p>" for text in self.warnings)
-        return warnings + self.estimates.to_html(float_format="{:.4g}".format)
 
 
 @dataclass(frozen=True)
@@ -445,4 +465,47 @@ def fit(
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
         result = replace(result, C_per_k_xu=C_per_k_xu)
-    return RecordFit(result, measurement, plant, configuration, named, command, x_from)
+    return RecordFit(result, measurement.name, measurement, plant, configuration, named, command, x_from)
+
+
+def rig(
+    file: Path | str | Mapping[str, Any],
+    record: Record,
+    *,
+    models: Sequence[str] | None = None,
+    columns: Mapping[str, Column] | None = None,
+    command: Literal["column", "edges"] = "column",
+    temperature: bool = False,
+    progress: Callable[[str], None] = LOGGER.info,
+) -> RigFit:
+    """Fit models to chambers behind an on/off valve, or to a vessel; `pneumo rig` does the same.
+
+    Parameters
+    ----------
+    file
+        YAML file of the rig, or its content: numbers, or [low, high] of what is fitted; the keys are in
+        {doc}`rig`.
+    record
+        File or table with t and P_A, for a chamber also x and u; optionally T, P_B.
+    models
+        Names of the models, by default all.
+    columns, progress
+        As in `pneumo.fit`.
+    command
+        Whether the column u is the valve's command, or the pressure's edges show it.
+    temperature
+        Whether measured gas temperatures are fitted too, and their lag.
+
+    Raises
+    ------
+    ConfigurationError, InputError
+        If the rig is wrong; if the record cannot be used, or an argument is none of those allowed.
+    """
+    _check("command", command, ("column", "edges"))
+    for name in models or ():
+        _check("model", name, RIG_MODELS)
+    known = rig_file.rig(file, "rig") if isinstance(file, Mapping) else rig_file.read_rig(Path(file))
+    runs = read_runs(record, known, columns, from_edges=command == "edges")
+    chosen = tuple(dict.fromkeys(models or RIG_MODELS))
+    name = str(record) if isinstance(record, Path | str) else "record"
+    return RigFit(judged_models(known, runs, chosen, temperature, progress), name)

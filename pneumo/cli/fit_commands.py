@@ -11,12 +11,8 @@ from typer import Argument, Option
 
 from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, Trust, output_to, read_configuration
 from pneumo.fitting.fitted_parameters import CHOICES
-from pneumo.fitting.record.formats import FORMATS
 
-READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
-
-
-RECORD = f"record with t, u, x, P_A, P_B, optionally T, P_s: {READ_FORMATS}"
+RECORD = "record with t, u, x, P_A, P_B, optionally T, P_s: text, MATLAB, TDMS, MDF, Excel and more"
 Record = Annotated[Path, Argument(help=RECORD)]
 Columns = Annotated[
     str | None,
@@ -42,7 +38,6 @@ def show(
     from pneumo.fitting.mistaken_columns import mistake
     from pneumo.fitting.record.columns import read_mapping
     from pneumo.fitting.record.measurement import read_measurement
-    from pneumo.fitting.record.plausibility import above_supply
     from pneumo.publish.figures.fit_figures import record_figure
     from pneumo.publish.style import save
     from pneumo.selection.plants import configured_plant
@@ -51,7 +46,7 @@ def show(
     mapping = read_mapping(columns) if columns else None
     record = read_measurement(measurement, plant, mapping, from_end=x_from == "end")
     odd = "" if trust or record.closed else mistake(record, plant)
-    for note in (*record.notes, *above_supply(record, plant), *([odd] if odd else [])):
+    for note in (*record.notes, *([odd] if odd else [])):
         typer.echo(f"note: {note}", err=True)
     typer.echo(f"{len(record.u)} samples, {record.period:.4g} s apart, {record.t[-1]:.4g} s")
     for line in record.channels:

@@ -30,32 +30,28 @@ def rig(
     """
     from rich.console import Console
 
-    from pneumo.errors import InputError, printable
     from pneumo.fitting.record.columns import read_mapping
-    from pneumo.fitting.rig.rig_file import read_rig
-    from pneumo.fitting.rig.rig_fit import judged_models
-    from pneumo.fitting.rig.rig_record import read_runs
-    from pneumo.fitting.rig.rig_replay import RIG_MODELS
-    from pneumo.publish.pages.fit_page import fit_page
+    from pneumo.notebook import rig as fit_rig
     from pneumo.publish.text.terminal_tables import fit_tables
-    from pneumo.storage.files import output_folder, write_text
+    from pneumo.storage.files import output_folder
 
-    for name in model or ():
-        if name not in RIG_MODELS:
-            raise InputError(f"--model {printable(name)}: must be one of {', '.join(RIG_MODELS)}")
     if output is not None:
         context.with_resource(output_folder(output))
-    known = read_rig(file)
-    runs = read_runs(record, known, read_mapping(columns) if columns else None, from_edges=command == "edges")
-    names = tuple(dict.fromkeys(model)) if model else RIG_MODELS
-    fit = judged_models(known, runs, names, temperature, lambda text: typer.echo(text, err=True))
+    fit = fit_rig(
+        file,
+        record,
+        models=model,
+        columns=read_mapping(columns) if columns else None,
+        command=command,
+        temperature=temperature,
+        progress=lambda text: typer.echo(text, err=True),
+    )
     for note in fit.notes:
         typer.echo(f"note: {note}", err=True)
-    for table in fit_tables(fit):
+    for table in fit_tables(fit.result):
         Console().print(table)
     for warning in fit.warnings:
         typer.echo(f"warning: {warning}", err=True)
     if output is not None:
-        fit.save("none: a rig has a file of its own", output / "rig.nc")
-        write_text(fit_page(fit, record.name), output / "rig.html")
+        fit.save(output)
         typer.echo(f"{output / 'rig.html'} and {output / 'rig.nc'}: written")

@@ -37,10 +37,8 @@ def corrected(m: Measurement, P_atm: float) -> dict[str, Measurement]:
 
 def quick_fit_error(measurement: Measurement, plant: Plant, command: Sampling) -> float:
     """Root mean square error of a quick fit of valve coefficient and dead volumes, Pa."""
-    last = min(len(measurement.u), round(SECONDS / measurement.period) + 1)
-    u, x, P = measurement.u[:last], measurement.x[:last], measurement.P[:, :last]
-    m, P_s = (None if s is None else s[..., :last] for s in (measurement.m, measurement.P_s))
-    record = stage_signals(measurement.period, u, x, P, plant, command=command, P_s=P_s, m=m)
+    m = measurement.part(0, round(SECONDS / measurement.period))
+    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
     quick = fit(Problem(MODELS[MODEL], plant, record, {"n": INDEX}), tolerance=1e-3, most=8)
     return plant.conditions.P_s * float(np.sqrt(np.mean(quick.residual**2)))
 

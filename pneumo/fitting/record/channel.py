@@ -1,29 +1,22 @@
 """Channels of a record: each has a name, a unit and a clock of its own, whatever format it came from."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.units import Reading, reading
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-MOST_ROWS, MOST_COLUMNS = 2_000_000, 200
+MOST_ROWS = 2_000_000
 MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a")
 WORDS = {"true": 1.0, "on": 1.0, "false": 0.0, "off": 0.0, "1": 1.0, "0": 0.0}
 TIME_NAME = re.compile(r"(?:t|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis))(?:[\s_\[(.].*)?")
 DURATION = r"\d{1,4}:\d\d:\d\d(?:[.,]\d{1,9})?"
-DATED = (
-    r"(?P<first>\d{1,2})[./](?P<second>\d{1,2})[./](?P<year>\d{4}),? +"
-    r"(?P<time>\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)(?: ?(?P<half>[AaPp][Mm]))?"
-)
 LARGEST = 1e30  # number that is no mistake
 
 
@@ -38,12 +31,24 @@ class Channel(NamedTuple):
     first_line: int = 0  # of the first sample in a text file; 0 for other files
 
 
+def limit(path: Path, number: int, most: int, things: str) -> None:
+    """Raise `InputError` if a file has more of something than is read."""
+    if number > most:
+        raise InputError(f"{path}: {number} {things}: must be at most {most}")
+
+
+def place(path: Path, channel: Channel, row: int, quantity: str) -> str:
+    """Text that names a sample: by its line in a text file, else by its number."""
+    where = f"line {row + channel.first_line}" if channel.first_line else f"sample {row}"
+    return f"{path}: {where}, column {quantity}"
+
+
 class Series(NamedTuple):
     """Numbers of a channel that are not missing, in SI units, at their times."""
 
     quantity: str
     channel: Channel
-    start: Fraction  # s, time 0 by the file's clock
+    start: int  # ns, time 0 by the file's clock
     t: np.ndarray  # s, from the first sample of any signal
     values: np.ndarray  # SI units
     rows: np.ndarray  # number of each sample among those of the channel
@@ -56,17 +61,20 @@ class Series(NamedTuple):
         count = min(2, len(self.t) - 1)
         return float(np.median(self.t[count:] - self.t[:-count])) / count if count else 0.0
 
+    @property
+    def complete(self) -> bool:
+        """Whether no number is missing between its first and last sample."""
+        return bool(np.ptp(self.rows) + 1 == len(self.rows))
 
-def limit(path: Path, number: int, most: int, things: str) -> None:
-    """Raise `InputError` if a file has more of something than is read."""
-    if number > most:
-        raise InputError(f"{path}: {number} {things}: must be at most {most}")
+    @property
+    def rule(self) -> str:
+        """How it is continued between samples."""
+        return "held" if self.held else "interpolated"
 
-
-def place(path: Path, channel: Channel, row: int, quantity: str) -> str:
-    """Text that names a sample: by its line in a text file, else by its number."""
-    where = f"line {row + channel.first_line}" if channel.first_line else f"sample {row}"
-    return f"{path}: {where}, column {quantity}"
+    def refuse(self, path: Path, bad: np.ndarray, problem: Callable[[int], str]) -> None:
+        """Raise `InputError` for the first of some bad samples, if there are any."""
+        for k in np.flatnonzero(bad)[:1].tolist():
+            raise InputError(f"{place(path, self.channel, int(self.rows[k]), self.quantity)}: {problem(k)}")
 
 
 def refuse(path: Path, channel: Channel, quantity: str, rows: np.ndarray, problem: str) -> None:
@@ -81,37 +89,27 @@ def refuse(path: Path, channel: Channel, quantity: str, rows: np.ndarray, proble
 
 def numbers(path: Path, channel: Channel, quantity: str) -> np.ndarray:
     """Numbers of a channel, NaN where they are missing; `InputError` for other text or an infinite number."""
-    import pandas as pd
-
     values = channel.values
     if values.dtype.kind in "iuf":
-        result = values.astype(float)
-        bad = np.abs(result) > LARGEST
+        result, absent = values.astype(float), np.isnan(values)
     else:
         words = pd.Series(values).astype(str).str.strip().str.lower()
         absent = words.isin(MISSING).to_numpy()
         if quantity == "u" and words[~absent].isin(WORDS).all():
             return words.map(WORDS).to_numpy(dtype=float)
         result = np.array(pd.to_numeric(words, errors="coerce"), dtype=float)
-        bad = ~(np.abs(result) < LARGEST) & ~absent
-        if values.dtype.kind == "b":
-            bad[:] = True
         result[absent] = np.nan
+    bad = ~(np.abs(result) < LARGEST) & ~absent
     refuse(path, channel, quantity, np.flatnonzero(bad), "{value}: must be a finite number")
     return result
 
 
-def seconds(path: Path, clock: Channel, unit: str) -> tuple[Fraction, np.ndarray]:
-    """Time of the first sample, s, and the times of all since then; NaN where there is none.
+def seconds(path: Path, clock: Channel, unit: str) -> tuple[int, np.ndarray]:
+    """Time of the first sample, ns, and the times of all since then, s; NaN where there is none.
 
     Numbers in `unit`, stamps, or durations such as `0.5 sec` or `00:01:02.5`.
     """
-    import pandas as pd
-
-    values = clock.values
-    scale = reading("t", unit)
-    if values.dtype.kind == "O" and len(values) and not isinstance(values[0], str | int | float):
-        values = np.asarray(pd.Series(values).infer_objects())
+    values = np.asarray(pd.Series(clock.values).infer_objects())
     if values.dtype.kind in "OUS":
         text = pd.Series(values).astype(str).str.strip()
         absent = text.str.lower().isin(MISSING)
@@ -122,53 +120,44 @@ def seconds(path: Path, clock: Channel, unit: str) -> tuple[Fraction, np.ndarray
             refuse(path, clock, "t", bad, f"{{value}}: must be a time such as {printable(first, 30)}")
             values = stamps.to_numpy()
         elif match := re.fullmatch(r"\S+\s*(sec|s|ms|min)", first):
-            values = text.str.removesuffix(match[1]).str.strip().to_numpy(dtype=object)
-            scale = reading("t", match[1])
+            values, unit = text.str.removesuffix(match[1]).str.strip().to_numpy(dtype=object), match[1]
     if values.dtype.kind in "mM":
-        absent = np.isnat(values)
+        absent, per_second = np.isnat(values), 1e-9
         values = values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64)
-        per_second = 1e-9
-    elif isinstance(scale, str):
-        raise InputError(f"{path}: column {printable(clock.name, 30)}: {scale}")
     else:
+        scale = reading("t", unit)
+        if isinstance(scale, str):
+            raise InputError(f"{path}: column {printable(clock.name, 30)}: {scale}")
         per_second = scale.factor
-        if values.dtype.kind not in "iuf":
-            try:  # int64 keeps the nanoseconds of a stamp, which a double does not
-                values = np.array([int(v) for v in values], dtype=np.int64)
-            except (ValueError, TypeError, OverflowError):
-                values = numbers(path, clock._replace(values=values), "t")
-        absent = ~np.isfinite(values.astype(float))
+        try:  # int64 keeps the nanoseconds of a stamp, which a double does not
+            values = np.array([int(v) for v in values]) if values.dtype.kind == "O" else values
+            values = values.astype(np.int64 if values.dtype.kind in "iu" else float)
+        except (ValueError, TypeError, OverflowError):
+            values = numbers(path, clock._replace(values=values), "t")
+        absent = ~np.isfinite(values)
     if absent.all():
-        return Fraction(0), np.full(len(absent), np.nan)
-    values = values.astype(np.int64) if values.dtype.kind in "iu" else values
+        return 0, np.full(len(absent), np.nan)
     first = values[np.argmin(absent)]
-    unit_in_seconds = 1 / Fraction(round(1 / per_second)) if per_second < 1 else Fraction(per_second)
-    start = (Fraction(int(first)) if values.dtype.kind == "i" else Fraction(float(first))) * unit_in_seconds
+    start = round(Fraction(first.item()) * round(1e9 * per_second))
     with np.errstate(invalid="ignore"):  # of signalling NaN
         return start, np.where(absent, np.nan, (values - first).astype(float) * per_second)
 
 
-def _stamps(text: "pd.Series", first: str) -> "pd.Series | None":
+def _stamps(text: pd.Series, first: str) -> pd.Series | None:
     """Stamps or durations, NaT where a text is none; None if the first text is neither."""
-    import pandas as pd
-
+    if re.fullmatch(DURATION, first):
+        return pd.to_timedelta(text.where(text.str.fullmatch(DURATION)).str.replace(",", "."))
     if re.match(r"\d{4}([-/])\d\d\1\d\d\D.*:", first):
         plain = text.str.replace("/", "-").str.replace(",", ".")
         return pd.to_datetime(plain, errors="coerce", format="ISO8601", utc=True).dt.tz_convert(None)
-    if re.fullmatch(DATED, first):
-        parts = text.str.extract(f"^{DATED}$")
-        of_day = pd.to_timedelta(parts["time"].str.replace(",", "."), errors="coerce")
-        twelve = parts["time"].str.startswith("12:", na=False).astype(float)
-        half = parts["half"].str.upper().map({"AM": 0, "PM": 12}) - 12 * twelve
-        of_day += pd.to_timedelta(half.fillna(0), unit="h")
-        # Day or month first: as all the stamps allow, else so that they are close together.
-        names = (["day", "month", "year"], ["month", "day", "year"])
-        date = parts[["first", "second", "year"]]
-        dates = [pd.to_datetime(date.set_axis(order, axis=1), errors="coerce") for order in names]
-        return min(dates, key=lambda date: (date.isna().sum(), date.max() - date.min())) + of_day
-    if re.fullmatch(DURATION, first):
-        return pd.to_timedelta(text.where(text.str.fullmatch(DURATION)).str.replace(",", "."))
-    return None
+    if not re.match(r"\d{1,2}([./])\d{1,2}\1\d{4}\D.*:", first):
+        return None
+    plain = text.str.replace(r",(?=\d)", ".", regex=True).str.replace(r",?\s+", " ", regex=True)
+    plain = plain.str.replace(r"(:\d\d)(?![.:\d])", r"\1.0", regex=True).str.replace("/", ".")
+    clock = "%I:%M:%S.%f %p" if first[-1] in "mM" else "%H:%M:%S.%f"
+    # Day or month first: as all the stamps allow, else so that they are close together.
+    dates = [pd.to_datetime(plain, errors="coerce", format=f"{day}.%Y {clock}") for day in ("%d.%m", "%m.%d")]
+    return min(dates, key=lambda date: (date.isna().sum(), date.max() - date.min()))
 
 
 def series(path: Path, channel: Channel, quantity: str, clock: Channel, t_unit: str, read: Reading) -> Series:
@@ -187,12 +176,11 @@ def series(path: Path, channel: Channel, quantity: str, clock: Channel, t_unit: 
     rows = np.flatnonzero(present)
     if not len(rows):
         raise InputError(f"{path}: column {printable(channel.name, 30)}: 0 samples: it is empty")
-    t, shift = t[rows], t[rows[0]]
+    shift = t[rows[0]]
     held = channel.held if channel.held is not None else quantity == "u"
-    start += Fraction(float(shift))
-    return Series(
-        quantity, channel, start, t - shift, read.factor * values[rows] + read.offset, rows, read.text, held
-    )
+    values = read.factor * values[rows] + read.offset
+    start += round(1e9 * float(shift))
+    return Series(quantity, channel, start, t[rows] - shift, values, rows, read.text, held)
 
 
 def is_time(name: str) -> bool:
@@ -200,27 +188,16 @@ def is_time(name: str) -> bool:
     return TIME_NAME.fullmatch(name.strip()) is not None
 
 
-def table_channels(
-    columns: Iterable[tuple[str, np.ndarray]],
-    units: Sequence[str] = (),
-    held: Sequence[bool | None] = (),
-    first_line: int = 0,
-    time_unit: str = "",
-) -> list[Channel]:
-    """Channels of a table.
+def table_channels(columns: Sequence[Channel]) -> list[Channel]:
+    """Channels of a table's columns, with their clocks.
 
     Where several columns have the same name of a time, each is the clock of those right of it. Columns of
     seconds and nanoseconds are one clock.
     """
-    given = zip_longest(columns, units, held)
-    made = [Channel(c[0], c[1], u or "", None, rule, first_line) for c, u, rule in given if c is not None]
-    names = [channel.name.strip().lower() for channel in made]
-    times = [k for k, name in enumerate(names) if is_time(name)]
-    for k in times:
-        made[k] = made[k]._replace(unit=made[k].unit or time_unit)
-    result, (clock, parts) = list[Channel](), _sec_nanosec(made)
-    for k, channel in enumerate(made):
-        if k in times and names.count(names[k]) > 1:
+    names = [channel.name.strip().lower() for channel in columns]
+    result, (clock, parts) = list[Channel](), _sec_nanosec(columns)
+    for k, channel in enumerate(columns):
+        if is_time(names[k]) and names.count(names[k]) > 1:
             clock = channel
         elif k not in parts:
             result.append(channel._replace(clock=clock))
@@ -237,11 +214,9 @@ def _sec_nanosec(channels: Sequence[Channel]) -> tuple[Channel | None, tuple[int
     """Clock of columns such as header.stamp.sec and header.stamp.nanosec, and their numbers."""
     whole = {c.name.strip().lower(): k for k, c in enumerate(channels) if c.values.dtype.kind in "iu"}
     for name, k in whole.items():
-        before = re.sub("secs?$", "", name)
-        fine = next(
-            (whole[n] for n in (f"{before}nanosec", f"{before}nsec", f"{before}nsecs") if n in whole), k
-        )
-        if fine != k:
-            ticks = channels[k].values.astype(np.int64) * 10**9 + channels[fine].values.astype(np.int64)
-            return Channel("Time", ticks, "ns", first_line=channels[k].first_line), (k, fine)
+        stem = re.sub("secs?$", "", name)
+        for fine in (whole.get(f"{stem}{end}", k) for end in ("nanosec", "nsec", "nsecs")):
+            if fine != k:
+                ticks = channels[k].values.astype(np.int64) * 10**9 + channels[fine].values.astype(np.int64)
+                return Channel("Time", ticks, "ns", first_line=channels[k].first_line), (k, fine)
     return None, ()

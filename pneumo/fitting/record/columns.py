@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
+import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import parse_yaml, read_yaml
@@ -23,16 +24,12 @@ from pneumo.fitting.record.units import (
     reading,
 )
 
-NAME = r"t|u|x|T|P_A|P_B|P_s|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
-HEADER = re.compile(
-    rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ](?P<suffix>[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?))?\s*"
-)
-SIGN_BEHIND = re.compile(rf"\s*(?P<name>{NAME})[_ ]+(?P<unit>[^\w\s].*)")  # T_°C, u_%
-IN_BRACKETS = re.compile(r"(.+?)\s*[\[(](.+)[\])]")
-FOREIGN_SIGN = re.compile(r"(.+?)[_ ]+([^\w\s]\S*)")
+NAME = r"t|u|x|T|P_A|P_B|P_s|P|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
+SUFFIX = r"[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?|[^\w\s].*"  # kPa, bar [abs], °C
+HEADER = re.compile(rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ]+(?P<suffix>{SUFFIX}))?\s*")
+LABEL = re.compile(r"(.+?)(?:\s*[\[(](.+)[\])]|[_ ]+([^\w\s]\S*))?")  # name and unit elsewhere
 PATH = re.compile(r"[^\[(]*[/.|]")  # of a signal in a tree of names
-OPTIONAL = re.compile(r"(P_s|T)(?![A-Za-z])")  # how a misspelt name of one may begin
-MOST_NAMED = 4  # columns that a note names
+MOST_NAMED = 8  # columns that a note names
 UNNAMED = "?"  # for a column that nobody can guess
 LIKELY = {"t": "s", "u": "V", "x": "mm", **dict.fromkeys(("P_A", "P_B"), "bar")}
 LIKELY |= {"P_s": "bar", "T": "degC", **dict.fromkeys(("m_A", "m_B"), "kg/s")}
@@ -109,8 +106,8 @@ def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
             if quantity == "u" and not unit and _is_on_off(channel):
                 unit = ON_OFF
             rank = of_path if not unit or channel.unit or is_unit(unit) else 2
-            if quantity == "t" and not name.strip().startswith("t"):
-                rank += 3  # Time, beside t
+            if not name.strip().startswith(quantity):
+                rank += 3  # Time, beside t; P, beside P_A
             column = Column(column=channel.name, unit=plain_unit(unit))
             best, columns = found.get(quantity, (rank, []))
             if rank <= best:
@@ -125,8 +122,6 @@ def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
 
 def _is_on_off(channel: Channel) -> bool:
     """Whether a command has two states: 0 and 1, or words such as TRUE and FALSE."""
-    import pandas as pd
-
     states = {str(value).strip().lower() for value in pd.unique(channel.values)[:5]}
     return states - {"", "nan"} in ({"0", "1"}, {"0.0", "1.0"}, {"true", "false"}, {"on", "off"})
 
@@ -141,52 +136,49 @@ def clock_unit(clock: Channel, columns: Mapping[str, Column]) -> str:
 
 def proposed_option(channels: Sequence[Channel], known: Mapping[str, Column], needed: Iterable[str]) -> str:
     """The option ``--columns`` for a shell: columns guessed by their names, `UNNAMED` for the others."""
-
-    def entry(quantity: str, name: str, unit: str) -> dict[str, str]:
-        readable = not unit or isinstance(reading(quantity, unit), Reading)
-        return {"column": name, "unit": (unit or LIKELY[quantity]) if readable else UNNAMED}
-
-    content = {quantity: entry(quantity, column.column, column.unit) for quantity, column in known.items()}
     clocked = all(channel.clock is not None for channel in channels)
-    free = {c.name: c.unit for c in channels if c.name not in {column.column for column in known.values()}}
+    used = {column.column for column in known.values()}
+    free = {c.name: c.unit for c in channels if c.name not in used}
+    named = {quantity: (column.column, column.unit) for quantity, column in known.items()}
     for quantity in (q for q in needed if q not in known and not (q == "t" and clocked)):
-        guess = GUESSES[quantity]
-        likely = (
-            name for name in free for of in (name, PATH.sub("", name)) if guess.fullmatch(_foreign(of)[0])
-        )
-        name = next(likely, UNNAMED)
-        content[quantity] = entry(quantity, name, plain_unit(free.pop(name, "") or _foreign(name)[1]))
+        labels = ((name, _foreign(label)[0]) for name in free for label in (name, PATH.sub("", name)))
+        name = next((name for name, label in labels if GUESSES[quantity].fullmatch(label)), UNNAMED)
+        named[quantity] = name, plain_unit(free.pop(name, "") or _foreign(name)[1])
+    content = {
+        quantity: {
+            "column": name,
+            "unit": (unit or LIKELY[quantity])
+            if not unit or isinstance(reading(quantity, unit), Reading)
+            else UNNAMED,
+        }
+        for quantity, (name, unit) in named.items()
+    }
     return f"--columns {shlex.quote(json.dumps(content, ensure_ascii=False))}"
 
 
 def unused_note(channels: Sequence[Channel], columns: Mapping[str, Column]) -> list[str]:
-    """Note on channels that were not read, those first that may be an optional one with a misspelt unit."""
+    """Note on channels that were not read."""
     used = {column.column for column in columns.values()}
-    clocks = {channel.clock.name for channel in channels if channel.clock is not None}
-    names = [c.name for c in channels if c.name not in used and c.name not in clocks]
-    unused = sorted(names, key=lambda name: not OPTIONAL.match(name))
-    named = ", ".join(printable(name, 30) for name in unused[:MOST_NAMED])
+    used |= {channel.clock.name for channel in channels if channel.clock is not None}
+    unused = [printable(channel.name, 30) for channel in channels if channel.name not in used]
     more = f" and {len(unused) - MOST_NAMED} more" if len(unused) > MOST_NAMED else ""
-    return [f"columns not used: {named}{more}"] if unused else []
+    return [f"columns not used: {', '.join(unused[:MOST_NAMED])}{more}"] if unused else []
 
 
 def _foreign(header: str) -> tuple[str, str]:
     """Letters and digits of a header in lower case, and the unit behind them: in brackets, or a sign."""
-    match = IN_BRACKETS.fullmatch(header.strip()) or FOREIGN_SIGN.fullmatch(header.strip())
-    name, unit = match.groups() if match else (header, "")
-    return re.sub(r"[\W_]", "", name.lower()), unit
+    match = LABEL.fullmatch(header.strip())
+    name, *units = match.groups("") if match else (header, "")
+    return re.sub(r"[\W_]", "", name.lower()), "".join(units)
 
 
 def _name_and_unit(name: str) -> tuple[str, str]:
     """Quantity and unit of a header; no quantity for another name, no unit for `P_A` or `X_Value`."""
-    name = name.translate(PLAIN)
-    match = HEADER.fullmatch(name) or SIGN_BEHIND.fullmatch(name)
+    match = HEADER.fullmatch(name.translate(PLAIN))
     if match is None:
         return "", ""
-    quantity = match["name"] if match["name"] in QUANTITIES else "t"
-    parts = match.groupdict()
-    unit = (parts.get("unit") or parts.get("suffix") or "").replace("_per_s", "/s")
-    free = parts.get("suffix") or (unit if match.re is SIGN_BEHIND else "")
-    if free and not free.isalpha() and not isinstance(reading(quantity, unit), Reading):
+    quantity = {"P": "P_A"}.get(match["name"], match["name"] if match["name"] in QUANTITIES else "t")
+    unit = (match["unit"] or match["suffix"] or "").replace("_per_s", "/s")
+    if match["suffix"] and not unit.isalpha() and not isinstance(reading(quantity, unit), Reading):
         return "", ""
     return quantity, unit

@@ -39,15 +39,13 @@ def joined(records: Sequence[Measurement], part: float, most: int) -> tuple[Meas
         raise InputError(f"{closed[0]}: is a record of closed chambers; fit it alone")
     limit = most // len(records)
     cuts = [min(round(part * (len(m.u) - 1)), limit) for m in records]
-    pieces = [(m, 0, cut) for m, cut in zip(records[:-1], cuts, strict=False)]
-    pieces += [(records[-1], 0, len(records[-1].u) - 1)]
-    pieces += [(m, cut, len(m.u) - 1) for m, cut in zip(records[:-1], cuts, strict=False)]
-    lengths = [last - begin + 1 for _, begin, last in pieces]
-    begins = tuple(np.cumsum([0, *lengths[:-1]]).tolist())
+    pieces = [m.part(0, cut) for m, cut in zip(records[:-1], cuts, strict=False)]
+    pieces += [records[-1], *(m.part(cut) for m, cut in zip(records[:-1], cuts, strict=False))]
+    begins = tuple(np.cumsum([0, *(len(piece.u) for piece in pieces)]).tolist())
     split = begins[len(records) - 1] + cuts[-1]
 
     def of(field: str) -> np.ndarray:
-        return np.concatenate([getattr(m, field)[..., begin : last + 1] for m, begin, last in pieces], -1)
+        return np.concatenate([getattr(piece, field) for piece in pieces], axis=-1)
 
     temperatures = [m.T for m in records if np.isfinite(m.T)]
     names = ", ".join(m.name for m in records)
@@ -61,5 +59,5 @@ def joined(records: Sequence[Measurement], part: float, most: int) -> tuple[Meas
         P_s=None if first.P_s is None else of("P_s"),
         T=float(np.mean(temperatures)) if temperatures else np.nan,
         notes=(*(f"{m.name}: {note}" for m in records for note in m.notes), order),
-        begins=begins,
-    ), split / (sum(lengths) - 1)
+        begins=begins[:-1],
+    ), split / (begins[-1] - 1)

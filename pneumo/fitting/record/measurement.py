@@ -1,7 +1,6 @@
 """Reading a measurement: signals in SI units on one grid of times."""
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,8 +12,8 @@ from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel, Series, numbers, place, series
 from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_option, unused_note
-from pneumo.fitting.record.formats import given_channels, read_channels
-from pneumo.fitting.record.plausibility import UNEVEN, check_clock, check_signals, events
+from pneumo.fitting.record.formats import read_channels
+from pneumo.fitting.record.plausibility import UNEVEN, Event, above_supply, check_clock, check_signals, events
 from pneumo.fitting.record.units import CHOICES, Surroundings
 
 SENSORS = ("x", "P_A", "P_B")
@@ -29,15 +28,6 @@ SHOWN = {  # factor and unit in which a channel is shown
     **dict.fromkeys(FLOWS, (1e3, "g/s")),
 }
 CUT = 0.01  # part of a record, whose loss at its ends a note names
-
-
-class Event(NamedTuple):
-    """Part of a record in which a signal is doubtful."""
-
-    quantity: str
-    kind: str  # "saturated", "dropout", "jitter" or "held"
-    begin: float  # s
-    end: float
 
 
 class Measurement(NamedTuple):
@@ -62,11 +52,15 @@ class Measurement(NamedTuple):
         """Time from the first sample, s."""
         return self.period * np.arange(len(self.u))
 
+    def part(self, first: int, last: int | None = None) -> "Measurement":
+        """The samples from the first on, up to the last or the end."""
+        chosen = slice(first, last if last is None else last + 1)
+        m, P_s = (s if s is None else s[..., chosen] for s in (self.m, self.P_s))
+        return self._replace(u=self.u[chosen], x=self.x[chosen], P=self.P[:, chosen], P_s=P_s, m=m)
+
     def since(self, begin: float) -> "Measurement":
         """The rest of the measurement, from the time `begin` on, s."""
-        first = int(np.searchsorted(self.t, begin))
-        m, P_s = (signal if signal is None else signal[..., first:] for signal in (self.m, self.P_s))
-        return self._replace(u=self.u[first:], x=self.x[first:], P=self.P[:, first:], P_s=P_s, m=m)
+        return self.part(int(np.searchsorted(self.t, begin)))
 
 
 def read_series(
@@ -93,28 +87,13 @@ def read_series(
             )
         channel = by_name[column.column]
         clock = channel.clock or clocks.get(t.column if t else "")
-        if clock is None:
-            raise InputError(
-                f"{path}: no column t: must have a header such as t_s, or be named with --columns"
-            )
+        assert clock is not None  # or the caller would have missed t
         if quantity in OPTIONAL and np.isnan(numbers(path, channel, quantity)).all():
             continue
         read = column.reading(path, quantity, around)
         found[quantity] = series(path, channel, quantity, clock, clock_unit(clock, columns), read)
-        if column.unit == "mA":
-            _check_loop(path, found[quantity], read.factor, read.offset)
-    start = min((signal.start for signal in found.values()), default=Fraction(0))
-    return {q: s._replace(start=start, t=s.t + float(s.start - start)) for q, s in found.items()}
-
-
-def _check_loop(path: Path, signal: Series, factor: float, offset: float) -> None:
-    """Raise `InputError` if a current, mA, is not one of 4 to 20 mA."""
-    low, high = ((end - offset) / factor for end in (signal.values.min(), signal.values.max()))
-    if not 3.5 <= low <= high <= 20.6:
-        raise InputError(
-            f"{path}: column {printable(signal.channel.name, 30)}: {low:.4g} to {high:.4g} mA: of which"
-            " range? write mA 0..20, mA -20..20 or mA -10..10; mA alone is 4..20"
-        )
+    start = min((signal.start for signal in found.values()), default=0)
+    return {q: s._replace(start=start, t=s.t + (s.start - start) / 1e9) for q, s in found.items()}
 
 
 def read_measurement(
@@ -144,8 +123,7 @@ def read_measurement(
     InputError
         If the file or one of its values is not usable; the text names the place and what is allowed.
     """
-    path = Path(source) if isinstance(source, Path | str) else Path("record")
-    channels = read_channels(path) if isinstance(source, Path | str) else given_channels(source)
+    path, channels = read_channels(source)
     columns = dict(mapping) if mapping else columns_by_header(channels)
     measured_flow = any(quantity in columns for quantity in FLOWS)
     driven = FLOWS if measured_flow else ("u",)
@@ -173,24 +151,23 @@ def read_measurement(
     for quantity in (name for name in signals if name != "T"):
         values[quantity], changed = _on_grid(signals[quantity], grid, period)
         notes += changed
+    P, P_s = np.array([values["P_A"], values["P_B"]]), values.get("P_s")
+    if not closed:
+        notes += above_supply(values["x"], P, plant.conditions.P_s if P_s is None else P_s, plant)
     ordered = [signals[quantity] for quantity in ORDER if quantity in signals]
     return Measurement(
         name=str(path),
         period=period,
         u=values.get("u", np.zeros(len(grid))),
         x=values["x"],
-        P=np.array([values["P_A"], values["P_B"]]),
+        P=P,
         T=float(np.mean(signals["T"].values)) if "T" in signals else np.nan,
         notes=tuple(notes),
         m=np.array([values[name] for name in FLOWS]) if measured_flow else None,
         closed=closed,
-        P_s=values.get("P_s"),
+        P_s=P_s,
         channels=tuple(map(_line, ordered)),
-        events=tuple(
-            Event(signal.quantity, kind, begin - grid[0], end - grid[0])
-            for signal in ordered
-            for kind, begin, end in events(signal, plant)
-        ),
+        events=tuple(event for signal in ordered for event in events(signal, plant, grid[0])),
     )
 
 
@@ -253,21 +230,18 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
 
 def _missing(path: Path, signal: Series) -> list[str]:
     """Note on samples that a channel lacks at its own rate; `InputError` if they are many."""
-    present = np.zeros(len(signal.channel.values), dtype=bool)
-    present[signal.rows] = True
-    absent = np.flatnonzero(~present[signal.rows[0] : signal.rows[-1]])
+    inside = np.arange(signal.rows[0], signal.rows[-1])
+    absent = np.setdiff1d(inside, signal.rows)
     expected = round(float(np.ptp(signal.t)) / signal.period) + 1
     count = min(expected - len(signal.t), len(absent))
     if count <= 0 or (signal.held and expected > 2 * len(signal.t)):
         return []
     if count > MOST_MISSING * expected:
-        where = place(path, signal.channel, int(signal.rows[0] + absent[0]), signal.quantity)
         raise InputError(
-            f"{where}: {count} of {expected} samples are missing: must be at most {100 * MOST_MISSING:g} %;"
-            " take a record without them"
+            f"{place(path, signal.channel, int(absent[0]), signal.quantity)}: {count} of {expected} samples"
+            f" are missing: must be at most {100 * MOST_MISSING:g} %; take a record without them"
         )
-    filled = "held" if signal.held else "interpolated"
-    return [f"column {signal.quantity}: {count} of {expected} samples missing, {filled}"]
+    return [f"column {signal.quantity}: {count} of {expected} samples missing, {signal.rule}"]
 
 
 def _on_grid(signal: Series, grid: np.ndarray, period: float) -> tuple[np.ndarray, list[str]]:
@@ -283,16 +257,12 @@ def _on_grid(signal: Series, grid: np.ndarray, period: float) -> tuple[np.ndarra
         values = np.interp(grid, t, signal.values)
     if abs(signal.period / period - 1) < 0.1:
         return values, []  # jitter, or a few missing samples, which have notes of their own
-    rule = "held" if signal.held else "interpolated"
-    return values, [f"{signal.quantity}: {_rate(signal)}, {rule}, resampled to {1 / period:.4g} Hz"]
+    return values, [f"{signal.quantity}: {_rate(signal)}, {signal.rule}, resampled to {1 / period:.4g} Hz"]
 
 
 def _rate(signal: Series) -> str:
-    return (
-        f"{1 / signal.period:.4g} Hz"
-        if signal.period > 0 and len(signal.t) > 2
-        else f"{len(signal.t)} samples"
-    )
+    few = signal.period == 0 or len(signal.t) < 3
+    return f"{len(signal.t)} samples" if few else f"{1 / signal.period:.4g} Hz"
 
 
 def _line(signal: Series) -> str:

@@ -2,22 +2,18 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fitting.record.channel import Series, place
+from pneumo.fitting.record.channel import Series
 from pneumo.fitting.record.units import LENGTHS, PRESSURES, gauge_zero
-from pneumo.physics.valve import Conditions
-
-if TYPE_CHECKING:
-    from pneumo.fitting.record.measurement import Measurement
 
 PERIODS = (1e-5, 0.1)  # s, between samples of a cylinder at work: its chambers fill within a second
 PERIODS_CLOSED = (1e-5, 10.0)  # of closed chambers, which settle within minutes
-GAP = 3.0  # periods between samples that are a gap
+GAP = 3.0 + 1e-8  # periods between samples that are a gap
 TO_AND_FRO = 0.2  # of half the stroke, that a piston moves both ways
 UNEVEN = 1e-3  # deviation from a uniform grid, in periods, that is negligible
 SUPPLY = (0.4, 1.6)  # of the configured supply pressure, between which a measured one is possible
@@ -31,16 +27,16 @@ LEAST_TRAVEL = 0.02  # of half the stroke, that a piston at work moves
 JITTER, FLAT, MOST_EVENTS = 0.1, 5, 200  # of a period; samples of one value in a row; of a signal
 AT_STOP = 0.02  # of half the stroke, from a stop
 ABOVE, OFTEN = 1.02, 0.01  # pressure over the supply's that no sensor's error explains; of the time
+OF_LOOP = 1.04  # of u_max, that the ends of a current loop reach at most
 
 
-def _refuse(path: Path, signal: Series, bad: np.ndarray, problem: Callable[[int, int], str]) -> None:
-    """Raise an `InputError` that names the first bad sample; `problem(first, more)` gives the reason."""
-    indices = np.flatnonzero(bad)
-    if len(indices):
-        first = int(indices[0])
-        clock = signal.channel if signal.channel.clock is None else signal.channel.clock
-        where = place(path, clock, int(signal.rows[first]), signal.quantity)
-        raise InputError(f"{where}: {problem(first, len(indices) - 1)}")
+class Event(NamedTuple):
+    """Part of a record in which a signal is doubtful."""
+
+    quantity: str
+    kind: str  # "saturated", "dropout", "jitter" or "held"
+    begin: float  # s
+    end: float
 
 
 def check_clock(path: Path, signal: Series, closed: bool, *, sensor: bool) -> None:
@@ -50,55 +46,47 @@ def check_clock(path: Path, signal: Series, closed: bool, *, sensor: bool) -> No
     cylinder at work, or `closed` chambers, which change more slowly. A command that was logged on changes, or
     more slowly than sensors, may have any.
     """
-    t, begin = signal.t, float(signal.start)
+    t, usual = signal.start / 1e9 + signal.t, signal.period
     name = "t" if signal.channel.clock is None else f"t of {signal.quantity}"
-    steps = np.diff(t, prepend=-np.inf)  # each sample's from the one before
-    at = signal._replace(quantity=name)
-    _refuse(
-        path,
-        at,
-        steps <= 0,
-        lambda k, _: f"{begin + t[k]:.9g} s follows {begin + t[k - 1]:.9g} s: time must increase",
-    )
-    usual = signal.period
+    steps = np.diff(signal.t, prepend=-np.inf)  # each sample's from the one before
+    of_time = signal._replace(quantity=name)
+    of_time.refuse(path, steps <= 0, lambda k: f"{t[k]:.9g} s follows {t[k - 1]:.9g} s: time must increase")
     shortest, longest = PERIODS_CLOSED if closed or not sensor else PERIODS
     if sensor and not shortest <= usual <= longest:
         factor, unit = (1e3, "ms") if usual > longest else (1e-3, "s")
+        hint = f"; is t in {unit}?" if shortest <= usual / factor <= longest else ""
         raise InputError(
             f"{path}: column {name}: samples are {usual:.3g} s apart: must be {shortest:g} to {longest:g}"
-            " s" + (f"; is t in {unit}?" if shortest <= usual / factor <= longest else "")
+            f" s{hint}"
         )
-    if signal.held:
-        return
-    _refuse(
-        path,
-        at if np.ptp(signal.rows) + 1 == len(signal.rows) else signal,
-        np.isfinite(steps) & (steps > GAP * (1 + 1e-9) * usual),
-        lambda k, more: (
-            f"a gap of {steps[k]:.4g} s after t = {begin + t[k - 1]:.6g} s, where samples are {usual:.4g} s"
-            f" apart: cut the file there and fit one part{f'; {more} more gaps' if more else ''}"
-        ),
-    )
+    if not signal.held:
+        (of_time if signal.complete else signal).refuse(
+            path,
+            np.isfinite(steps) & (steps > GAP * usual),
+            lambda k: (
+                f"a gap of {steps[k]:.4g} s after t = {t[k - 1]:.6g} s, where samples are {usual:.4g} s"
+                " apart: cut the file there and fit one part"
+            ),
+        )
 
 
-def events(signal: Series, plant: Plant) -> list[tuple[str, float, float]]:
-    """Kind, begin and end, s, of parts in which a signal is doubtful."""
-    found, t = list[tuple[str, float, float]](), signal.t
+def events(signal: Series, plant: Plant, start: float) -> list[Event]:
+    """Parts in which a signal is doubtful; their times are from `start`, s."""
+    t = signal.t - start
+    found = list[tuple[str, float, float]]()
     if not signal.held:
         steps = np.diff(t) / signal.period
-        found += [("dropout", float(t[k]), float(t[k + 1])) for k in np.flatnonzero(steps > 1.5)]
+        found += [("dropout", t[k], t[k + 1]) for k in np.flatnonzero(steps > 1.5)]
         uneven = np.abs(steps - 1)
         if np.mean((uneven > JITTER) & (uneven < 0.5)) > OFTEN:
-            found.append(("jitter", float(t[0]), float(t[-1])))
+            found.append(("jitter", t[0], t[-1]))
         unchanged = np.diff(np.flatnonzero(np.diff(signal.values)))
         usual = int(np.median(unchanged)) if len(unchanged) > 20 else 1
         if usual > 1 and np.mean(unchanged % usual == 0) > 0.8:
-            found.append(("held", float(t[0]), float(t[-1])))
+            found.append(("held", t[0], t[-1]))
     edges = np.flatnonzero(np.diff(_saturated(signal, plant), prepend=False, append=False))
-    found += [
-        ("saturated", float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)
-    ]
-    return found[:MOST_EVENTS]
+    found += [("saturated", t[a], t[b - 1]) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return [Event(signal.quantity, kind, float(a), float(b)) for kind, a, b in found[:MOST_EVENTS]]
 
 
 def _saturated(signal: Series, plant: Plant) -> np.ndarray:
@@ -122,48 +110,20 @@ def check_signals(
     `InputError` if a pressure, position or temperature is impossible, or a signal is constant. In `closed`
     chambers pressures may exceed the supply's, and signals may be constant: the fit itself checks them.
     """
-    values = {name: signal.values for name, signal in signals.items()}
-    c, half, u_max = plant.conditions, plant.cylinder.stroke / 2, plant.valve.u_max
+    c = plant.conditions
+    if not c.P_atm < c.P_s:
+        raise InputError(f"P_s = {c.P_s:g} Pa: must exceed P_atm")
     notes = [note for name in ("P_A", "P_B") for note in _check_pressure(path, signals[name], plant, closed)]
-    notes += [] if closed else _low_pressures(values, c)
-    x, shift = values["x"], half if from_end else 0.0
-    unit = _other_unit(
-        signals["x"], LENGTHS, -shift, lambda a, b: max(-a, b) < 1.05 * half and b - a > TO_AND_FRO * half
-    )
-    hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
-    hint = unit if np.ptp(x) > 2.2 * half else hint
-    outside = f"m is outside the stroke, {shift - half:g} to {shift + half:g} m{hint}"
-    _refuse(path, signals["x"], np.abs(x) > 1.05 * half, lambda k, _: f"{x[k] + shift:.4g} {outside}")
-    if not closed and 0 < np.ptp(x) < LEAST_TRAVEL * half:
-        notes.append(f"column x: moves {np.ptp(x) * 1e3:.3g} mm of a stroke of {2e3 * half:.4g} mm{unit}")
-    beyond = float(np.mean(np.abs(values["u"]) > u_max)) if "u" in values else 0.0
-    if beyond:
-        notes.append(
-            f"column u: beyond the limiter's {u_max:g} V in {100 * beyond:.2g} % of samples; limited"
-        )
-    for name in ("x", "P_A", "P_B", *(("m_A", "m_B") if "m_A" in values else ("u",))):
-        if not closed and np.ptp(values[name]) == 0:
-            raise InputError(f"{path}: column {name}: {values[name][0]:.4g} in every sample: nothing to fit")
-    u = values.get("u", np.zeros(0))
-    forth, back = (x - np.minimum.accumulate(x)).max(), (np.maximum.accumulate(x) - x).max()
-    one_sided = len(u) and (u.min() >= 0 or u.max() <= 0)
-    if not closed and one_sided and min(forth, back) > TO_AND_FRO * half:
-        low, high = u.min(), u.max()
-        middle = f"{(low + high) / 2:.2g}"
-        raise InputError(
-            f"{path}: column u: {low:.4g} to {high:.4g} V, of one sign, while the piston moves both ways:"
-            " must be negative where chamber B is filled; if the valve is shut at, say,"
-            f" {middle} V, write its unit with the ends of its range, as `V 0..10`, or give the column an"
-            f" `offset: -{middle}` in --columns"
-        )
-    if "T" in values:
-        mean = f"column T: {np.mean(values['T']):.4g} K on average"
-        if not 200 < np.mean(values["T"]) < 400:
-            raise InputError(f"{path}: {mean}: must lie between 200 and 400 K; is it degC?")
-        configured = f"T_amb {c.T_amb:.4g} K and T_in {c.T_in:.4g} K"
-        notes.append(f"{mean}, of the surroundings, in place of the configured {configured}")
-    if "P_s" in values:
-        low, high = values["P_s"].min(), values["P_s"].max()
+    notes += _check_position(path, signals["x"], plant, from_end, closed)
+    if not closed:
+        for name in ("x", "P_A", "P_B", *(("m_A", "m_B") if "m_A" in signals else ("u",))):
+            if np.ptp(values := signals[name].values) == 0:
+                raise InputError(f"{path}: column {name}: {values[0]:.4g} in every sample: nothing to fit")
+    if "u" in signals:
+        notes += _check_command(path, signals["u"], signals["x"].values, plant, closed)
+    supply = c.P_s
+    if "P_s" in signals:
+        low, high, supply = (f(signals["P_s"].values) for f in (np.min, np.max, np.mean))
         if not (SUPPLY[0] * c.P_s < low and high < SUPPLY[1] * c.P_s):
             raise InputError(
                 f"{path}: column P_s: {low:.4g} to {high:.4g} Pa: must lie between {SUPPLY[0]:g} and"
@@ -171,9 +131,64 @@ def check_signals(
             )
         configured = f"in place of the configured {c.P_s / 1e3:.4g} kPa"
         notes.append(f"column P_s: {low / 1e3:.4g} to {high / 1e3:.4g} kPa, {configured}")
-    if not c.P_atm < c.P_s:
-        raise InputError(f"P_s = {c.P_s:g} Pa: must exceed P_atm")
+    top = max(np.percentile(signals[name].values, 99) for name in ("P_A", "P_B"))
+    if not closed and top < c.P_atm + LEAST_AT_WORK * (supply - c.P_atm):
+        notes.append(
+            f"columns P_A and P_B: up to {top / 1e5:.3g} bar, but the supply has {supply / 1e5:.3g} bar (both"
+            " absolute): is their unit right?"
+        )
+    if "T" in signals:
+        T = float(np.mean(signals["T"].values))
+        if not 200 < T < 400:
+            raise InputError(
+                f"{path}: column T: {T:.4g} K on average: must lie between 200 and 400 K; is it degC?"
+            )
+        configured = f"T_amb {c.T_amb:.4g} K and T_in {c.T_in:.4g} K"
+        notes.append(
+            f"column T: {T:.4g} K on average, of the surroundings, in place of the configured {configured}"
+        )
     return notes
+
+
+def _check_position(path: Path, signal: Series, plant: Plant, from_end: bool, closed: bool) -> list[str]:
+    """Notes on a position; `InputError` if it is outside the stroke."""
+    x, half = signal.values, plant.cylinder.stroke / 2
+    shift = half if from_end else 0.0
+    unit = _other_unit(
+        signal, LENGTHS, -shift, lambda a, b: max(-a, b) < 1.05 * half and b - a > TO_AND_FRO * half
+    )
+    hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
+    hint = unit if np.ptp(x) > 2.2 * half else hint
+    outside = f"m is outside the stroke, {shift - half:g} to {shift + half:g} m{hint}"
+    signal.refuse(path, np.abs(x) > 1.05 * half, lambda k: f"{x[k] + shift:.4g} {outside}")
+    if closed or not 0 < np.ptp(x) < LEAST_TRAVEL * half:
+        return []
+    return [f"column x: moves {np.ptp(x) * 1e3:.3g} mm of a stroke of {2e3 * half:.4g} mm{unit}"]
+
+
+def _check_command(path: Path, signal: Series, x: np.ndarray, plant: Plant, closed: bool) -> list[str]:
+    """Note on a command beyond the limiter; `InputError` if it cannot be one of both directions."""
+    u, u_max = signal.values, plant.valve.u_max
+    if signal.text.startswith("mA") and np.abs(u).max() > OF_LOOP * u_max:
+        raise InputError(
+            f"{path}: column u: {u.min():.4g} to {u.max():.4g} V, read in {signal.text}: which range has the"
+            " current? write mA 0..20, mA -20..20 or mA -10..10; mA alone is 4..20"
+        )
+    forth, back = (x - np.minimum.accumulate(x)).max(), (np.maximum.accumulate(x) - x).max()
+    if not closed and u.min() * u.max() >= 0 and min(forth, back) > TO_AND_FRO * plant.cylinder.stroke / 2:
+        middle = f"{(u.min() + u.max()) / 2:.2g}"
+        raise InputError(
+            f"{path}: column u: {u.min():.4g} to {u.max():.4g} V, of one sign, while the piston moves both"
+            " ways: must be negative where chamber B is filled; if the valve is shut at, say,"
+            f" {middle} V, write its unit with the ends of its range, as `V 0..10`, or give the column an"
+            f" `offset: -{middle}` in --columns"
+        )
+    beyond = 100 * float(np.mean(np.abs(u) > u_max))
+    return (
+        [f"column u: beyond the limiter's {u_max:g} V in {beyond:.2g} % of samples; limited"]
+        if beyond
+        else []
+    )
 
 
 def _other_unit(
@@ -206,9 +221,9 @@ def _check_pressure(path: Path, signal: Series, plant: Plant, closed: bool) -> l
             f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, but only {c.P_atm:.4g} (atmosphere) to"
             f" {c.P_s:.4g} (supply) is possible{unit}"
         )
+    below = f"Pa is far below the atmosphere's {c.P_atm:.4g} Pa"
     rest = "must be absolute; a gauge's unit is written bar(g)"
-    below = f"Pa is far below the atmosphere's {c.P_atm:.4g} Pa: {rest}"
-    _refuse(path, signal, 0.5 * c.P_atm >= P, lambda k, _: f"{P[k]:.4g} {below}")
+    signal.refuse(path, 0.5 * c.P_atm >= P, lambda k: f"{P[k]:.4g} {below}: {rest}")
     if top > OF_SUPPLY * c.P_s and not closed:
         raise InputError(
             f"{path}: column {name}: up to {top:.4g} Pa, far above the supply's {c.P_s:.4g} Pa"
@@ -219,35 +234,14 @@ def _check_pressure(path: Path, signal: Series, plant: Plant, closed: bool) -> l
     return []
 
 
-def _low_pressures(values: Mapping[str, np.ndarray], conditions: Conditions) -> list[str]:
-    """Note on pressures that both stay far below the supply's."""
-    supply = values.get("P_s", np.array([conditions.P_s])).mean()
-    top = max(np.percentile(values[name], 99) for name in ("P_A", "P_B"))
-    if top >= conditions.P_atm + LEAST_AT_WORK * (supply - conditions.P_atm):
-        return []
-    return [
-        f"columns P_A and P_B: up to {top / 1e5:.3g} bar, but the supply has {supply / 1e5:.3g} bar (both"
-        " absolute): is their unit right?"
-    ]
-
-
-def above_supply(record: "Measurement", plant: Plant) -> list[str]:
-    """Notes on pressures above the supply's, of a record whose chambers are not closed."""
-    if record.closed:
-        return []
-    supply = plant.conditions.P_s if record.P_s is None else record.P_s
-    named = "the configured supply" if record.P_s is None else "the measured supply"
-    c, notes = plant.cylinder, list[str]()
+def above_supply(x: np.ndarray, P: np.ndarray, P_s: np.ndarray | float, plant: Plant) -> list[str]:
+    """Notes on pressures above the supply's at a stop, where no motion compresses the air."""
+    c = plant.cylinder
     near = AT_STOP * c.stroke / 2
-    rests = (record.x < c.x_min + near) | (record.x > c.x_max - near)
-    for side, P in zip("AB", record.P, strict=True):
-        above = ABOVE * supply < P
-        if np.mean(above) < OFTEN:
-            continue
-        still = 100 * np.mean(above & rests) / np.mean(above)
-        notes.append(
-            f"P_{side} is above {named} {100 * np.mean(above):.0f} % of the time, up to"
-            f" {P.max() / 1e5:.3g} bar, {still:.0f} % of that at a stop, where no motion compresses the air:"
-            " is P_s_Pa right (absolute), and the unit of the pressures?"
-        )
-    return notes
+    rests = (x < c.x_min + near) | (x > c.x_max - near)
+    return [
+        f"P_{side} at a stop is above the supply's, by up to {np.max((of_side - P_s)[rests]) / 1e5:.3g} bar:"
+        " is P_s_Pa right (absolute), and the unit of the pressures?"
+        for side, of_side in zip("AB", P, strict=True)
+        if np.mean(rests & (of_side > ABOVE * P_s)) > OFTEN
+    ]

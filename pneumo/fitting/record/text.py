@@ -9,18 +9,16 @@ import csv
 import io
 import re
 from collections.abc import Sequence
-from itertools import islice
+from itertools import islice, zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from pneumo.errors import InputError
-from pneumo.fitting.record.channel import MOST_COLUMNS, MOST_ROWS, Channel, limit, table_channels
+from pneumo.fitting.record.channel import MOST_ROWS, Channel, is_time, limit, table_channels
 from pneumo.fitting.record.units import is_unit, plain_unit
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 HEAD_LINES, SAMPLE_LINES = 200, 50  # within which the first sample must be; rows that show the layout
 SEPARATORS = (",", ";", "\t", " ")
@@ -49,15 +47,6 @@ class _Table(NamedTuple):
     decimal: str
 
 
-class _Header(NamedTuple):
-    """Description of the columns, for each or for none."""
-
-    names: Sequence[str]
-    units: Sequence[str] = ()
-    held: Sequence[bool | None] = ()
-    time_unit: str = ""
-
-
 def read_text(path: Path, content: bytes) -> list[Channel]:
     """Channels of a text file.
 
@@ -79,11 +68,11 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     if b"\0" in head:
         raise InputError(f"{path}: not a text file: export it as CSV, with names and units in the first row")
     table = _first_sample(path, lines)
-    limit(path, table.width, MOST_COLUMNS, "columns")
-    header = _scope_header(lines[: table.line], table) or _header(path, lines[: table.line], table)
-    columns = _columns(path, content, table, len(header.names), encoding)
-    named = zip(header.names, columns, strict=False)
-    return table_channels(named, header.units, header.held, table.line + 1, header.time_unit)
+    above = lines[: table.line]
+    header = _scope_header(above, table) or _header(path, above, table)
+    columns = _columns(path, content, table, len(header), encoding)
+    named = zip(header, columns, strict=False)
+    return table_channels([c._replace(values=values, first_line=table.line + 1) for c, values in named])
 
 
 def _fields(line: str, separator: str) -> list[str]:
@@ -141,8 +130,8 @@ def _decimal(cells: Sequence[str]) -> str:
     return "," if commas else "."
 
 
-def _header(path: Path, above: Sequence[str], table: _Table) -> _Header:
-    """Names of the columns, their units and rules from rows between names and numbers, if there are any."""
+def _header(path: Path, above: Sequence[str], table: _Table) -> list[Channel]:
+    """Channels without values: names, and units and rules from rows between names and numbers."""
     rows, labels, halves = list[list[str]](), dict[str, list[str]](), False
     # Spaces part names last: they are within names more often than other separators.
     separators = sorted(dict.fromkeys((table.separator, *SEPARATORS[:3])), key=lambda s: s == " ")
@@ -168,25 +157,30 @@ def _header(path: Path, above: Sequence[str], table: _Table) -> _Header:
     names = [field or f"column {number + 1}" for number, field in enumerate(fields)]
     time_unit = "s" if labels else next((TIME_UNITS[n.lower()] for n in names if n.lower() in TIME_UNITS), "")
     units = below if has_units else list(map(plain_unit, labels.get("Unit", [])))
-    return _Header(names, units, [HELD.get(rule) for rule in labels.get("Interp", [])], time_unit)
+    held = map(HELD.get, labels.get("Interp", []))
+    described = islice(zip_longest(names, units, held), len(names))
+    return [_column(name, unit or "", time_unit, rule) for name, unit, rule in described]
 
 
-def _scope_header(above: Sequence[str], table: _Table) -> _Header | None:
+def _column(name: str, unit: str, time_unit: str, held: bool | None = None) -> Channel:
+    return Channel(name, np.empty(0), unit or (time_unit if is_time(name) else ""), held=held)
+
+
+def _scope_header(above: Sequence[str], table: _Table) -> list[Channel]:
     """Header of TwinCAT Scope's export: a column of labels, then times, for each of texts, then values."""
     fields = [_fields(line, table.separator) for line in above]
     rows = {row[0].lower(): row for row in fields if len(row) > 1}
     if len(SCOPE & {*rows}) < 2 or "name" not in rows:
-        return None
+        return []
     units = rows.get("unit", [])
     labels = [rows["name"][0], *units[:1]]
     names = ["Time" if name in labels else name or f"column {k + 1}" for k, name in enumerate(rows["name"])]
-    return _Header(names, ["" if unit in labels else unit for unit in units], time_unit="ms")
+    described = islice(zip_longest(names, units, fillvalue=""), len(names))
+    return [_column(name, "" if unit in labels else unit, "ms") for name, unit in described]
 
 
 def _columns(path: Path, content: bytes, table: _Table, count: int, encoding: str) -> list[np.ndarray]:
     """Columns of a table as numbers, or as text where a field is none."""
-    import pandas as pd
-
     frame = pd.read_csv(
         io.BytesIO(content),
         sep=r"\s+" if table.separator == " " else table.separator,
@@ -207,7 +201,7 @@ def _columns(path: Path, content: bytes, table: _Table, count: int, encoding: st
     return [_plain(frame.iloc[:, k], table.decimal) for k in range(min(count, frame.shape[1]))]
 
 
-def _plain(column: "pd.Series", decimal: str) -> np.ndarray:
+def _plain(column: pd.Series, decimal: str) -> np.ndarray:
     """Values of a column; in text, numbers without thousands separators, and a point for a decimal comma."""
     if column.dtype.kind in "iufb":
         return column.to_numpy()

@@ -7,8 +7,6 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from pneumo.configuration.plausible_cylinders import ATMOSPHERE
-
 LENGTHS = {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
 TIMES = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
@@ -39,7 +37,7 @@ VOLUMES = {
     "ft3": 0.3048**3,
 }
 VOLTAGES = {"V": 1.0, "mV": 1e-3, **dict.fromkeys(("volt", "volts", "VDC"), 1.0)}
-COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, slm, sccm, nlpm, scfm
+COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, sccm, scfm
 ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
 QUANTITIES = ("t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
 CHOICES = {  # written in messages, by quantity
@@ -63,8 +61,8 @@ MARKED = re.compile(
     re.IGNORECASE,
 )
 VOLUME_FLOW = re.compile(
-    r"(?P<kind>norm|std|[ns])?\.?\s?(?P<volume>[a-z]+3?)(?:_?(?P<behind>n))?/(?P<time>[a-z]+)"
-    r"\s*(?:[\[(](?P<state>.+)[\])])?",
+    rf"(?P<normal>norm|n)?(?:std|s)?\.?\s?(?P<volume>{'|'.join(VOLUMES)})(?P<behind>_?n)?/(?P<time>[a-z]+)"
+    r"\s*(?:ANR|[\[(](?P<state>.+)[\])])?",
     re.IGNORECASE,
 )
 NUMBER = r"[+-]?\d+(?:\.\d+)?"
@@ -80,6 +78,8 @@ STANDARD_ATMOSPHERE = 101325.0  # Pa
 
 def gauge_zero(P_port: float) -> float:
     """Pressure at which a gauge shows zero, Pa: the atmosphere, even where the port is a vacuum line."""
+    from pneumo.configuration.plausible_cylinders import ATMOSPHERE  # not needed to read a file
+
     return P_port if ATMOSPHERE[0] <= P_port <= ATMOSPHERE[1] else STANDARD_ATMOSPHERE
 
 
@@ -159,22 +159,18 @@ def _flow(unit: str, R: float) -> Reading | str | None:
     """Reading of a flow; text if its reference state is to be named."""
     if found := _rate(unit, MASSES):
         return found
-    unit = re.sub(r"\s+ANR$", "(ANR)", unit)
-    short = re.fullmatch(r"([ns]?)(lpm|lm|ccm|cfm)\s*([\[(].*)?", unit, re.IGNORECASE)
-    match = VOLUME_FLOW.fullmatch(f"{short[1]}{COMPACT[short[2].lower()]}{short[3] or ''}" if short else unit)
-    volume = _named(match["volume"], VOLUMES) if match else ""
-    if match and not volume and match["volume"].lower().endswith("n"):  # ln/min
-        volume = _named(match["volume"][:-1], VOLUMES)
-    per = _rate(f"{volume}/{match['time']}", VOLUMES) if match else None
+    long = re.sub(
+        "|".join(COMPACT), lambda short: COMPACT[short[0].lower()], unit, count=1, flags=re.IGNORECASE
+    )
+    match = VOLUME_FLOW.fullmatch(long)
+    per = _rate(f"{match['volume']}/{match['time']}", VOLUMES) if match else None
     if not match or not per:
         return None
-    rate = per.factor
-    state = (match["state"] or "").strip()
-    if state.upper() == "ANR":
+    rate, state = per.factor, match["state"] or ""
+    if long.upper().endswith(("ANR", "ANR)", "ANR]")):
         density = ANR if abs(R / R_AIR - 1) < 0.01 else 1e5 / (R * 293.15)
         return Reading(rate * density, 0.0, f"{unit}: {density:.4g} kg/m3")
-    normal = (match["kind"] or match["behind"] or match["volume"][-1]).lower() in ("n", "norm")
-    stated = STATE.fullmatch(state or ("0 degC" if normal else ""))
+    stated = STATE.fullmatch(state or ("0 degC" if match["normal"] or match["behind"] else ""))
     P_unit = _named(stated["unit"] or "bar", PRESSURES) if stated else ""
     if not stated or not P_unit:
         return (

@@ -1,10 +1,11 @@
 """A rig as its user writes it: every quantity is a number, or two numbers between which it is fitted.
 
-`QUANTITIES` is the one table of what a rig may have. Parts that are not named are not there: without
+`quantities.csv` is the one table of what a rig may have. Parts that are not named are not there: without
 `hose_volume_mL` there is no hose, without `dead_volume_B_mL` one chamber.
 """
 
 from collections.abc import Mapping
+from csv import DictReader
 from difflib import get_close_matches
 from math import inf
 from pathlib import Path
@@ -44,86 +45,14 @@ class Quantity(NamedTuple):
     needs: tuple[str, ...] = ()  # quantities that must be given with it
 
 
-QUANTITIES: dict[str, Quantity] = {
-    "volume": Quantity("L", 1e-6, 1e6, None, "a vessel's; for a cylinder bore and dead volume instead"),
-    "bore": Quantity("mm", 1, 1e4, None, "piston diameter", ("dead_volume",)),
-    "rod": Quantity("mm", 0, 1e4, 0, "diameter of a rod in this chamber"),
-    "dead_volume": Quantity(
-        "mL", 0.01, 1e7, None, "of the chamber at the smallest x of the record", ("bore",)
-    ),
-    "k_0": Quantity("W_per_K", 0, 1e4, 0, "conductance from gas to wall at the start"),
-    "store_k": Quantity("W_per_K", 0, 1e4, 0, "conductance from the gas to a heat store beside it"),
-    "store_c": Quantity("J_per_K", 0, 1e7, 0, "heat capacity of that store; 0: none"),
-    "store_back": Quantity("W_per_K", 0, 1e4, 0, "conductance from the store to the wall"),
-    "n": Quantity("", 0.1, 10, None, "polytropic index, of models that have one; [1, gamma] by default"),
-    "hose_volume": Quantity("mL", 0.01, 1e6, None, "of a line between valve and chamber", ("hose_C",)),
-    "hose_C": Quantity(
-        "dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance by ISO 6358, inward", ("hose_volume",)
-    ),
-    "hose_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("hose_volume",)),
-    "hose_out_over_in": Quantity("", 1e-3, 1e3, 1, "its C outward over inward: a throttle with check valve"),
-    "hose_k": Quantity("W_per_K", 0, 1e4, 0, "conductance from the line's gas to its wall"),
-    "valve_C_in": Quantity(
-        "dm3_per_sbar", 1e-4, 1e3, None, "of an open on/off valve, from the supply", ("valve_C_out", "P_s")
-    ),
-    "valve_C_out": Quantity("dm3_per_sbar", 1e-4, 1e3, None, "of a closed one, out", ("valve_C_in",)),
-    "valve_b": Quantity("", 0.01, 0.99, None, "critical ratio of both; eq (1) where absent", ("valve_C_in",)),
-    "valve_b_out": Quantity(
-        "", 0.01, 0.99, None, "critical ratio outward; as valve_b where absent", ("valve_C_in",)
-    ),
-    "valve_opening_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that opens it to the first flow"),
-    "valve_closing_delay": Quantity("ms", -1e3, 1e3, 0, "from the edge that closes it"),
-    "valve_opening": Quantity("ms", 0.01, 1e4, 1, "time that it takes to open"),
-    "valve_closing": Quantity("ms", 0.01, 1e4, 1, "time that it takes to close"),
-    "silencer_volume": Quantity(
-        "mL", 0.01, 1e6, None, "of a silencer behind each exhaust of the valve", ("silencer_C", "valve_C_out")
-    ),
-    "silencer_C": Quantity(
-        "dm3_per_sbar", 1e-4, 1e3, None, "its sonic conductance to the atmosphere", ("silencer_volume",)
-    ),
-    "silencer_b": Quantity(
-        "", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("silencer_volume",)
-    ),
-    "orifice": Quantity("mm", 1e-3, 1e3, None, "diameter of an opening to the surroundings, never shut"),
-    "C_d": Quantity("", 1e-3, 10, 1, "its discharge coefficient"),
-    "orifice_b": Quantity("", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("orifice",)),
-    "P_s": Quantity("bar", 0.01, 500, None, "absolute supply pressure", ("valve_C_in",)),
-    "supply_volume": Quantity(
-        "L", 1e-6, 1e6, None, "of a supply that sags; infinite where absent", ("regulator_C", "valve_C_in")
-    ),
-    "regulator_C": Quantity(
-        "dm3_per_sbar", 1e-4, 1e3, None, "from a source at P_s into that volume", ("supply_volume",)
-    ),
-    "regulator_b": Quantity(
-        "", 0.01, 0.99, None, "its critical ratio; eq (1) where absent", ("supply_volume",)
-    ),
-    "P_surroundings": Quantity("bar", 1e-3, 500, 1.01325, "absolute pressure of the atmosphere"),
-    "T_surroundings": Quantity("K", 100, 1000, 293.15, "of walls, supply and atmosphere"),
-    "P_start": Quantity("bar", 1e-3, 500, None, "before the first sample; the surroundings' where absent"),
-    "T_start": Quantity(
-        "K", 100, 1000, None, "of the gas at the first sample; the surroundings' where absent"
-    ),
-    "T_lag": Quantity("s", 0, 1e3, 0, "lag of the thermometer in the gas, of first order"),
-    "dead_volume_B": Quantity(
-        *(
-            "mL",
-            0.01,
-            1e7,
-            None,
-            "of the other chamber on the same 5/2 valve, at the largest x of the record",
-        ),
-        needs=("bore", "valve_C_in"),
-    ),
-}
-SHARED = ("rod", "k_0", "hose_volume", "hose_C", "valve_C_in", "valve_C_out", "T_start")  # by both chambers
-QUANTITIES |= {
-    f"{name}_B": row._replace(default=None, meaning=f"of the other chamber; as {name} where absent")
-    for name in SHARED
-    for row in [QUANTITIES[name]._replace(needs=("dead_volume_B", *(["hose_volume"] * ("hose" in name))))]
-}
-QUANTITIES["P_start_B"] = QUANTITIES["P_start"]._replace(
-    meaning="of the other chamber before a pulse; P_s where absent", needs=("dead_volume_B",)
-)
+def _quantity(row: Mapping[str, str]) -> Quantity:
+    default = float(row["default"]) if row["default"] else None
+    needs = tuple(row["needs"].split())
+    return Quantity(row["unit"], float(row["low"]), float(row["high"]), default, row["meaning"], needs)
+
+
+with Path(__file__).with_name("quantities.csv").open(encoding="utf-8", newline="") as _file:
+    QUANTITIES = {row["name"]: _quantity(row) for row in DictReader(_file)}
 AT_MOST_ONE = (("volume", "bore"), ("orifice", "valve_C_in"))
 TEXTS = {"gas": tuple(GASES), "sensor": SENSORS}
 
@@ -181,25 +110,21 @@ def rig(content: Mapping[str, Any], source: str) -> Rig:
     """Rig from the content of a file; `source` is its name in messages."""
     names = {key(name): name for name in QUANTITIES}
     known = (*TEXTS, *names)
-    for word in content:
-        if word not in known:
-            near = "".join(f", perhaps {name}" for name in get_close_matches(str(word), known, 1))
-            problem = f"unknown key{near}; known keys: {', '.join(known)}"
-            raise ConfigurationError(f"{source}: {printable(str(word))}: {problem}")
-    texts: dict[str, str] = {}
-    for word, choices in TEXTS.items():
-        text = content.get(word, choices[0])
-        if text not in choices:
-            raise ConfigurationError(f"{source}: {word} = {shown(text)}: must be {' or '.join(choices)}")
-        texts[word] = text
+    for word in (word for word in content if word not in known):
+        near = "".join(f", perhaps {name}" for name in get_close_matches(str(word), known, 1))
+        problem = f"unknown key{near}; known keys: {', '.join(known)}"
+        raise ConfigurationError(f"{source}: {printable(str(word))}: {problem}")
+    texts = {word: content.get(word, choices[0]) for word, choices in TEXTS.items()}
+    for word, text in texts.items():
+        if text not in TEXTS[word]:
+            allowed = " or ".join(TEXTS[word])
+            raise ConfigurationError(f"{source}: {word} = {shown(text)}: must be {allowed}")
     ends: dict[str, Ends] = {}
     for word, name in names.items():
-        quantity = QUANTITIES[name]
-        if word in content:
-            low, high = _ends(content[word], quantity, f"{source}: {word}")
+        value = content.get(word, QUANTITIES[name].default)
+        if value is not None or word in content:
+            low, high = _ends(value, QUANTITIES[name], f"{source}: {word}")
             ends[name] = factor(name) * low, factor(name) * high
-        elif quantity.default is not None:
-            ends[name] = factor(name) * quantity.default, factor(name) * quantity.default
     if not ends.keys() & {"volume", "bore"}:
         raise ConfigurationError(f"{source}: {key('volume')}: missing; or give {key('bore')}")
     for first, second in AT_MOST_ONE:

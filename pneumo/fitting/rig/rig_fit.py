@@ -6,11 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from pneumo.fitting.engine import Solution, WithoutPrior, covariances, solve
+from pneumo.fitting.engine import WithoutPrior, covariances, solve
 from pneumo.fitting.estimate import ranked
 from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, rms_of_chambers
 from pneumo.fitting.rig.rig_file import Rig, factor, fitted_quantity, key
-from pneumo.fitting.rig.rig_record import Points, Run
+from pneumo.fitting.rig.rig_record import Run
 from pneumo.fitting.rig.rig_replay import ADIABATIC, RIG_MODELS, WALL, replay_run, rms, run_errors
 from pneumo.fitting.settings import C_D, FEW_POINTS, HOSE_HELPS, PART, PART_OF_RUNS
 from pneumo.physics.models import MODELS
@@ -75,24 +75,18 @@ class RigProblem(WithoutPrior):
 
         The position is on a logarithmic scale where both ends are positive.
         """
-        theta = list[float]()
-        for name in self.names:
-            low, high = self.rig.ends[name]
-            at = low * (high / low) ** position if low > 0 else low + position * (high - low)
-            theta.append((at - low) / (high - low))
-        return np.array(theta)
+        ends = [self.rig.ends[name] for name in self.names]
+        return np.array(
+            [
+                (low * (high / low) ** position - low) / (high - low) if low > 0 else position
+                for low, high in ends
+            ]
+        )
 
-    def solve(self, near: Mapping[str, float] | None = None, alone: bool = False) -> Solution:
-        """Lowest sum of squares that a search finds from several starts.
-
-        `near`, values of another fit, are one more start, or with `alone` the only one.
-        """
-        starts = [] if alone else [self.start(position) for position in STARTS]
-        if near is not None:
-            ends = self.rig.ends
-            parts = [(near[name] - ends[name][0]) / (ends[name][1] - ends[name][0]) for name in self.names]
-            starts.insert(0, np.clip(parts, OFF_END, 1 - OFF_END))
-        return min((solve(self, start) for start in starts), key=lambda found: found.squares)
+    def near(self, values: Mapping[str, float]) -> np.ndarray:
+        """Parameters at the values of another fit, off their ends."""
+        low, high = np.array([self.rig.ends[name] for name in self.names]).reshape(-1, 2).T
+        return np.clip(([values[name] for name in self.names] - low) / (high - low), OFF_END, 1 - OFF_END)
 
 
 def fit_rig(
@@ -103,19 +97,23 @@ def fit_rig(
     near: Mapping[str, float] | None = None,
     alone: bool = False,
 ) -> Estimate:
-    """Estimate of a model from some runs; `near` and `alone` as in `RigProblem.solve`.
+    """Estimate of a model from some runs: the lowest sum of squares that a search finds from several starts.
 
-    Intervals do not include an error of the model itself. A parameter on one of its ends has none.
+    `near`, values of another fit, are one more start, or with `alone` the only one. Intervals do not include
+    an error of the model itself. A parameter on one of its ends has none.
     """
     problem = RigProblem(rig, model, runs, tuple(fitted_names(rig, model)), temperature)
-    best = problem.solve(near, alone)
+    starts = [problem.near(near)] if near is not None else []
+    starts += [] if alone else [problem.start(position) for position in STARTS]
+    best = min((solve(problem, start) for start in starts), key=lambda found: found.squares)
     values, (low, high) = problem.values(best.theta), problem.intervals(best, covariances(best))
     parts = zip(problem.names, best.theta, strict=True)
     on_end = tuple(name for name, part in parts if not ON_END < part < 1 - ON_END)
     low, high = (ends | dict.fromkeys(on_end, np.nan) for ends in (low, high))
     errors = np.array([rms(side) for side in pressure_errors(rig, model, values, runs)])
-    none = np.full_like(errors, np.nan)
-    return Estimate(values, low, high, errors, none, np.empty(0), at_bound=on_end)
+    return Estimate(
+        values, low, high, errors, np.full_like(errors, np.nan), pressure=np.empty(0), at_bound=on_end
+    )
 
 
 def pressure_errors(
@@ -149,28 +147,32 @@ def rig_warnings(rig: Rig, runs: Sequence[Run], lowest: float) -> list[str]:
     ]
 
 
-def parted(runs: Sequence[Run]) -> list[tuple[Sequence[Run], Sequence[Run]]]:
-    """Runs that are fitted, and runs that are held out, for each fit by which a model is judged.
+Parts = list[tuple[Sequence[Run], Sequence[Run]]]  # runs that are fitted, and that are held out
+
+
+def parted(runs: Sequence[Run]) -> tuple[Sequence[Run], Parts, str]:
+    """Runs from which the estimates are, parts by which a model is judged, and a sentence on both.
 
     Of several runs, the first are fitted. Of a single run with many points, the later ones are held out. Of
     one with few points, every second is held out, then the others.
     """
+    ranked_by = "models are ranked by their error on"
     if len(runs) > 1:
         first = max(1, round(PART_OF_RUNS * len(runs)))
-        return [(runs[:first], runs[first:])]
+        text = (
+            f"the first quarter of the pulses was fitted; {ranked_by} the others, which they replay from rest"
+        )
+        return runs[:first], [(runs[:first], runs[first:])], text
     (run,), t = runs, runs[0].P.t
     if len(t) > FEW_POINTS:
         last = t[0] + PART * np.ptp(t)
-        return [([run.within(-np.inf, last)], [run.within(last, np.inf)])]
+        early = [run.within(-np.inf, last)]
+        text = f"{ranked_by} the rest, which they replay from the run's start"
+        return early, [(early, [run.within(last, np.inf)])], f"the first part of the run was fitted; {text}"
     even = np.arange(len(t)) % 2 == 0
-    first, second = (run._replace(P=run.P.part(chosen)) for chosen in (even, ~even))
-    return [([first], [second]), ([second], [first])]
-
-
-def fitted_runs(runs: Sequence[Run]) -> Sequence[Run]:
-    """Runs, or parts of a single run, from which the estimates are: of few points all."""
-    parts = parted(runs)
-    return parts[0][0] if len(parts) == 1 else runs
+    first, second = ([run._replace(P=run.P.part(chosen))] for chosen in (even, ~even))
+    text = f"estimates are from all points; {ranked_by} every second point, fitted on the others, both ways"
+    return runs, [(first, second), (second, first)], text
 
 
 def judged(
@@ -180,16 +182,15 @@ def judged(
     temperature: bool = False,
     near: Mapping[str, float] | None = None,
 ) -> Estimate:
-    """Estimate of a model from `fitted_runs`, with its error on points that a fit did not use."""
-    parts = parted(runs)
-    estimate = fit_rig(rig, model, fitted_runs(runs), temperature, near)
-    values = [estimate.values]
-    if len(parts) > 1:
-        alone = (fit_rig(rig, model, used, temperature, values[0], alone=True) for used, _ in parts)
-        values = [part.values for part in alone]
-    left = [
-        pressure_errors(rig, model, found, others) for found, (_, others) in zip(values, parts, strict=True)
-    ]
+    """Estimate of a model from the runs that are fitted, with its error on points that a fit did not use."""
+    fitted, parts, _ = parted(runs)
+    estimate = fit_rig(rig, model, fitted, temperature, near)
+    left = list[list[np.ndarray]]()
+    for used, others in parts:
+        values = estimate.values
+        if len(parts) > 1:
+            values = fit_rig(rig, model, used, temperature, values, alone=True).values
+        left.append(pressure_errors(rig, model, values, others))
     held_out = np.array([rms(np.concatenate(side)) for side in zip(*left, strict=True)])
     return estimate._replace(held_out=held_out)
 
@@ -212,16 +213,10 @@ def judged_models(
         estimates[model] = judged(rig, model, runs, temperature, best and best.values)
         fitted, left = (rms_of_chambers(e) / 1e3 for e in (estimates[model].rms, estimates[model].held_out))
         progress(f"{model}: {fitted:.2f} kPa fitted, {left:.2f} held out")
-    estimates, run, used = ranked(estimates), runs[-1], fitted_runs(runs)
-    off_T = [
-        np.concatenate([run_errors(rig, model, e.values, run)[1] for run in runs])
-        for model, e in estimates.items()
-    ]
+    estimates, run, (used, _, text) = ranked(estimates), runs[-1], parted(runs)
+    every = slice(None, None, max(1, -(-len(run.P.t) // MOST_SHOWN)))
+    t = run.P.t[every]
     replays = {model: replay_run(rig, model, e.values, run) for model, e in estimates.items()}
-    measured = [thinned(P) for P in run.pressures]
-    t = measured[0].t
-    names = [name for name, (low, high) in rig.ends.items() if low < high]
-    quantities = {name: fitted_quantity(name) for name in names}
     shown = {
         model: e._replace(
             values={name: e.values[name] for name in fitted_names(rig, model)},
@@ -229,10 +224,15 @@ def judged_models(
         )
         for model, e in estimates.items()
     }
+    off_T = [
+        np.concatenate([run_errors(rig, model, e.values, run)[1] for run in runs])
+        for model, e in estimates.items()
+    ]
+    quantities = {name: fitted_quantity(name) for name, (low, high) in rig.ends.items() if low < high}
     K = {"units": "K"}
     data = estimates_data(shown, {name: quantity.unit for name, quantity in quantities.items()})
     data = data.assign_coords(t=("t", t, {"units": "s"})).assign(
-        P=(("chamber", "t"), [np.interp(t, *P) for P in measured], {"units": "Pa"}),
+        P=(("chamber", "t"), [P.values[every] for P in run.pressures], {"units": "Pa"}),
         x=("t", np.interp(t, run.t, run.x), {"units": "m"}),
         rms_temperature=("model", [rms(T) if len(T) else np.nan for T in off_T], K),
     )
@@ -244,24 +244,12 @@ def judged_models(
     lowest = min(rms_of_chambers(e.rms) for e in estimates.values())
     return FitResult(
         data=data,
-        notes=(how_judged(runs),),
+        notes=(text,),
         warnings=(*rig_warnings(rig, used, lowest), *unphysical(rig, shown)),
         held_out_from=0.0 if len(runs) > 1 else float(used[0].P.t[-1]),
         quantities=quantities,
         of="rig",
     )
-
-
-def how_judged(runs: Sequence[Run]) -> str:
-    """Sentence on what was fitted, and what models are ranked by."""
-    if len(runs) > 1:
-        first, rest = "the first quarter of the pulses was fitted", "the others, which they replay from rest"
-    elif len(parted(runs)) > 1:
-        first, rest = "estimates are from all points", "every second point, fitted on the others, both ways"
-    else:
-        first = "the first part of the run was fitted"
-        rest = "the rest, which they replay from the run's start"
-    return f"{first}; models are ranked by their error on {rest}"
 
 
 def unphysical(rig: Rig, estimates: Mapping[str, Estimate]) -> list[str]:
@@ -273,8 +261,3 @@ def unphysical(rig: Rig, estimates: Mapping[str, Estimate]) -> list[str]:
         for name, (low, high) in physical.items()
         if name in e.values and not low <= e.values[name] <= high
     ]
-
-
-def thinned(points: Points) -> Points:
-    """Every k-th of some points, so that at most `MOST_SHOWN` remain."""
-    return points.part(np.arange(len(points.t)) % max(1, -(-len(points.t) // MOST_SHOWN)) == 0)

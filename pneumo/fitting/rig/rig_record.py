@@ -1,12 +1,15 @@
 """Record of one volume of gas, cut into runs that start at rest."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
+import xarray as xr
 
 from pneumo.errors import InputError, printable
+from pneumo.fitting.record.channel import Channel
 from pneumo.fitting.record.columns import Column, columns_by_header
 from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.measurement import read_series
@@ -153,15 +156,19 @@ def vessel_run(P: Points, T: Points | None = None) -> Run:
 
 
 def read_runs(
-    path: Path, rig: Rig, mapping: Mapping[str, Column] | None = None, *, from_edges: bool = False
+    source: Path | str | pd.DataFrame | xr.Dataset,
+    rig: Rig,
+    mapping: Mapping[str, Column] | None = None,
+    *,
+    from_edges: bool = False,
 ) -> list[Run]:
     """Runs of a record of one volume of gas.
 
     Parameters
     ----------
-    path
-        File with t, P_A and, where they were measured, T, x, u and P_B; or NetCDF with P and T at their own
-        times t_P and t_T. A pressure or temperature that is missing in a row was not measured there.
+    source
+        File or table with t, P_A and, where they were measured, T, x, u and P_B; or NetCDF with P and T at
+        their own times t_P and t_T. What is missing in a row was not measured there.
     rig
         What is known of the rig: a chamber needs x, both chambers P_B, an on/off valve u unless `from_edges`.
     mapping
@@ -174,60 +181,49 @@ def read_runs(
     InputError
         If the file or a column is not usable, or has no whole pulse.
     """
-    signals = _signals(path, rig, mapping)
+    path, channels = read_channels(source)
+    signals = _signals(path, channels, rig, mapping)
     pressure, T = signals["P_A"], signals.get("T")
     vessel, both = rig.has("volume"), rig.has("dead_volume_B")
     if vessel and not rig.has("valve_C_in"):
         return [vessel_run(pressure, T)]
     needed = {"x": not vessel, "u": not from_edges, "P_B": both}
-    for name in needed:
-        if needed[name] and name not in signals:
-            instead = {"u": "; or --command edges", "P_B": "; or a rig without dead_volume_B_mL"}
-            what = "vessel" if vessel else "chamber"
-            problem = f"a {what} behind an on/off valve needs it{instead.get(name, '')}"
-            raise InputError(f"{path}: no column {name}: {problem}")
+    for name in (name for name in needed if needed[name] and name not in signals):
+        instead = {"u": "; or --command edges", "P_B": "; or a rig without dead_volume_B_mL"}.get(name, "")
+        what = f"a {'vessel' if vessel else 'chamber'} behind an on/off valve needs it{instead}"
+        raise InputError(f"{path}: no column {name}: {what}")
     t, x = (pressure.t, np.zeros_like(pressure.t)) if vessel else signals["x"]
     steps = np.diff(t)
     if len(t) < SHORTEST or np.ptp(steps) > UNEVEN * np.mean(steps):
         raise InputError(
             f"{path}: t: samples must be equally spaced, within {100 * UNEVEN:g} % of their mean"
         )
-    P = np.interp(t, *pressure)
     u = None if from_edges else _held(t, *signals["u"])
-    return pulses(t, x, P, u, np.interp(t, *signals["P_B"]) if both else None, T)
+    return pulses(t, x, np.interp(t, *pressure), u, np.interp(t, *signals["P_B"]) if both else None, T)
 
 
-def _signals(path: Path, rig: Rig, mapping: Mapping[str, Column] | None) -> dict[str, Points]:
-    """Signals of a record at the times at which they were measured."""
-    channels = read_channels(path)
+def _signals(
+    path: Path, channels: Sequence[Channel], rig: Rig, mapping: Mapping[str, Column] | None
+) -> dict[str, Points]:
+    """Signals of a record at the times at which they were measured.
+
+    Times count from the first sample, but those of a pressure P with times of its own as they are: the run
+    began at 0.
+    """
     columns = dict(mapping) if mapping else columns_by_header(channels)
-    own = "P_A" not in columns and not mapping  # NetCDF with P and T at the times t_P and t_T, from the start
-    pressure = next((c for c in channels if own and c.name == "P" and c.clock is not None), None)
-    if pressure:
-        units = {"P_A": ("P", "Pa"), "T": ("T", "K")}  # where a variable has none
-        given = {channel.name: channel.unit for channel in channels}
-        columns = {
-            quantity: Column(column=name, unit=given[name] or unit)
-            for quantity, (name, unit) in units.items()
-            if name in given
-        }
-        channels = [
-            c._replace(clock=c.clock and c.clock._replace(unit=c.clock.unit or "s")) for c in channels
-        ]
     clocks = "t" in columns or all(c.clock is not None for c in channels)
-    for name in [name for name, given in (("t", clocks), ("P_A", "P_A" in columns)) if not given]:
-        raise InputError(f"{path}: no column {name} with at least {SHORTEST} numbers")
+    missing = [name for name, given in (("t", clocks), ("P_A", "P_A" in columns)) if not given]
     around = Surroundings(P_atm=rig.ends["P_surroundings"][0], R=rig.gas.R)
-    measured = read_series(path, channels, columns, around)
+    measured = {} if missing else read_series(path, channels, columns, around)
+    from_zero = not mapping and any(c.name == "P" and c.clock is not None for c in channels)
     found = dict[str, Points]()
     for name, signal in measured.items():
-        if name in ("P_A", "P_B") and not pressure and signal.values.min() <= 0:
+        if name in ("P_A", "P_B") and signal.values.min() <= 0:
             lowest = f"{printable(signal.channel.name)}: down to {signal.values.min():.4g} Pa absolute"
             raise InputError(f"{path}: column {lowest}: must be positive; a gauge's unit is written bar(g)")
         if (np.diff(signal.t) <= 0).any():
             raise InputError(f"{path}: t: must be numbers that increase from row to row")
-        begin = float(signal.start) if pressure else 0.0
-        found[name] = Points(signal.t + begin, signal.values)
-    if len(found["P_A"].t) < SHORTEST:
-        raise InputError(f"{path}: no column P_A with at least {SHORTEST} numbers")
+        found[name] = Points(signal.t + from_zero * signal.start / 1e9, signal.values)
+    if missing or len(found["P_A"].t) < SHORTEST:
+        raise InputError(f"{path}: no column {[*missing, 'P_A'][0]} with at least {SHORTEST} numbers")
     return found

@@ -1,6 +1,6 @@
 """A run of a rig as a model replays it: chambers, lines, silencers and supply as a network of gas."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ FULL = {  # full order by its wall: exponents of A_q / A_q0 and of PT / (P_0 T_0
     "full order, eq (7)": (1.0, 0.5),
 }
 RIG_MODELS = (*MODELS, *FULL)
+Signal = np.ndarray | float  # by sample, or constant
 ISO_RHO, ISO_T = 1.185, 293.15  # kg/m^3 and K, the reference of a sonic conductance
 WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k", "k_0_B")
 
@@ -66,10 +67,7 @@ class RigReplay(NamedTuple):
 
 
 def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
-    """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K.
-
-    Nodes of the network are chambers, their lines, silencers, and the supply.
-    """
+    """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K."""
     v, gas, t, is_open = values, rig.gas, run.t, valve_opening(rig, values, run)
     T_amb, P_atm = v["T_surroundings"], v["P_surroundings"]
     C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
@@ -77,75 +75,68 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
     lane = law(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, 1.0, *FULL[model])
     warm = model != ADIABATIC
     sides = ("", "_B") if rig.has("dead_volume_B") else ("",)
-    has_valve = rig.has("valve_C_in")
-    supplied = has_valve and rig.has("supply_volume")
-    lines = len(sides) * rig.has("hose_volume")
-    silencers = len(sides) * rig.has("silencer_volume")
-    count = len(sides) + lines + silencers + supplied
-    atmosphere, source = count, count + 1  # the surroundings follow the nodes
-    supply = count - 1 if supplied else source
-    surroundings = [(P_atm, T_amb), (v["P_s"], T_amb)] if has_valve else [(P_atm, T_amb)]
+    supply = "supply" if rig.has("supply_volume") else "source"
+    surroundings = {"atmosphere": (P_atm, T_amb)}
+    surroundings |= {"source": (v["P_s"], T_amb)} if rig.has("valve_C_in") else {}
+    # Nodes with volume, and heat transfer area over that at the start; links: ends, b, ratio back, area.
+    nodes = dict[str, tuple[Node, Signal, Signal]]()
+    links = list[tuple[str, str, float, float, Signal]]()
 
     def of(name: str, side: str) -> float:
         """Quantity of a chamber; that of A where B has none of its own."""
         return v.get(name + side, v[name])
 
-    nodes, volumes, ratios, links, areas = ([] for _ in range(5))
-    hoses, hose_volumes = list[Node](), list[np.ndarray]()
-    for number, side in enumerate(sides):
+    for side in sides:
+        port = chamber = f"chamber{side}"
         P_start = v["P_start"] if not side else v.get("P_start_B", v["P_s"])
         T_start = of("T_start", side)
         walls = [of("k_0", side), *(v[name] for name in WALL[1:4])]
-        chamber = Node(lane, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
-        nodes.append(chamber)
-        ratio = np.ones_like(t)
+        node = Node(lane, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
         if rig.has("volume"):
-            volume = np.full_like(t, v["volume"])
+            nodes[chamber] = node, v["volume"], 1.0
         else:
             x = run.travel - run.x if side else run.x
             volume = of("dead_volume", side) + np.pi / 4 * (v["bore"] ** 2 - of("rod", side) ** 2) * x
             area = wetted_area(volume, np.array(v["bore"]))
-            ratio = area / area[0]
-        volumes.append(volume)
-        ratios.append(ratio)
-        port = number  # node at the valve
-        if lines:
-            port = len(sides) + number
-            hoses.append(chamber._replace(k_0=v["hose_k"] * warm, k_store=0.0, c_store=0.0, k_back=0.0))
-            hose_volumes.append(np.full_like(t, of("hose_volume", side)))
-            links.append(Link(port, number, v.get("hose_b", np.nan), v["hose_out_over_in"]))
-            areas.append(np.full_like(t, C * of("hose_C", side)))
+            nodes[chamber] = node, volume, area / area[0]
+        if rig.has("hose_volume"):
+            port = f"hose{side}"
+            hose = node._replace(k_0=v["hose_k"] * warm, k_store=0.0, c_store=0.0, k_back=0.0)
+            nodes[port] = hose, of("hose_volume", side), 1.0
+            back = v["hose_out_over_in"]
+            links.append((port, chamber, v.get("hose_b", np.nan), back, C * of("hose_C", side)))
         if rig.has("orifice"):
-            links.append(Link(port, atmosphere, v.get("orifice_b", np.nan)))
-            areas.append(np.full_like(t, v["C_d"] * np.pi / 4 * v["orifice"] ** 2))
-        elif has_valve:
+            area = v["C_d"] * np.pi / 4 * v["orifice"] ** 2
+            links.append((port, "atmosphere", v.get("orifice_b", np.nan), 1.0, area))
+        elif rig.has("valve_C_in"):
             to_supply = 1.0 - is_open if side else is_open
+            exhaust = f"silencer{side}" if rig.has("silencer_volume") else "atmosphere"
             b = v.get("valve_b", np.nan)
-            exhaust = len(sides) + lines + number if silencers else atmosphere
-            links += [Link(supply, port, b), Link(port, exhaust, v.get("valve_b_out", b))]
-            areas += [C * of("valve_C_in", side) * to_supply, C * of("valve_C_out", side) * (1.0 - to_supply)]
-    nodes += hoses
-    volumes += hose_volumes
-    for number in range(silencers):
-        nodes.append(Node(lane, P_atm, T_amb, P_atm, T_amb, T_amb))
-        volumes.append(np.full_like(t, v["silencer_volume"]))
-        links.append(Link(len(sides) + lines + number, atmosphere, v.get("silencer_b", np.nan)))
-        areas.append(np.full_like(t, C * v["silencer_C"]))
-    if supplied:
-        nodes.append(Node(law(None, 1.0, gas.gamma), v["P_s"], T_amb, v["P_s"], T_amb, T_amb))
-        volumes.append(np.full_like(t, v["supply_volume"]))
-        links.append(Link(source, supply, v.get("regulator_b", np.nan)))
-        areas.append(np.full_like(t, C * v["regulator_C"]))
-    ratios += [np.ones_like(t)] * (count - len(sides))
-    network = nodes, links, surroundings, np.array(volumes), np.array(areas)
-    states = replay(*network, gas, run.h, np.array(ratios))
-    sensor = len(sides) if lines and rig.sensor == "valve" else 0
-    return RigReplay(
-        Points(t, states.P[sensor]),
-        Points(t, lagged(states.T[0], values["T_lag"], run.h)),
-        Points(t, states.T_store[0]),
-        Points(t, states.P[sensor + 1]) if len(sides) > 1 else None,
-    )
+            links.append((supply, port, b, 1.0, C * of("valve_C_in", side) * to_supply))
+            out = C * of("valve_C_out", side) * (1.0 - to_supply)
+            links.append((port, exhaust, v.get("valve_b_out", b), 1.0, out))
+            if rig.has("silencer_volume"):
+                nodes[exhaust] = Node(lane, P_atm, T_amb, P_atm, T_amb, T_amb), v["silencer_volume"], 1.0
+                b = v.get("silencer_b", np.nan)
+                links.append((exhaust, "atmosphere", b, 1.0, C * v["silencer_C"]))
+    if rig.has("supply_volume"):
+        full = Node(law(None, 1.0, gas.gamma), v["P_s"], T_amb, v["P_s"], T_amb, T_amb)
+        nodes["supply"] = full, v["supply_volume"], 1.0
+        links.append(("source", "supply", v.get("regulator_b", np.nan), 1.0, C * v["regulator_C"]))
+    index = {name: k for k, name in enumerate([*nodes, *surroundings])}
+    first, volumes, ratios = zip(*nodes.values(), strict=True)
+    ends = [Link(index[a], index[b], *rest) for a, b, *rest, _ in links]
+
+    def sampled(signals: Sequence[Signal]) -> np.ndarray:
+        return np.array([np.broadcast_to(signal, t.shape) for signal in signals])
+
+    network = first, ends, [*surroundings.values()], sampled(volumes), sampled([link[-1] for link in links])
+    states = replay(*network, gas, run.h, sampled(ratios))
+    at = "hose" if rig.has("hose_volume") and rig.sensor == "valve" else "chamber"
+    P, P_B = (Points(t, states.P[index[at + side]]) if side in sides else None for side in ("", "_B"))
+    assert P
+    T = Points(t, lagged(states.T[0], values["T_lag"], run.h))
+    return RigReplay(P, T, Points(t, states.T_store[0]), P_B)
 
 
 def lagged(T: np.ndarray, lag: float, h: float) -> np.ndarray:

@@ -77,10 +77,8 @@ def slow(name):
 
 def lines(columns, separator, decimal="."):
     """Rows of columns of different length, blank where one has ended."""
-    texts = [[repr(float(v)).replace(".", decimal) for v in column] for column in columns]
-    longest = max(map(len, texts))
-    cells = [text + [""] * (longest - len(text)) for text in texts]
-    return "".join(separator.join(row) + "\n" for row in zip(*cells, strict=True))
+    table = pd.DataFrame(dict(enumerate(map(pd.Series, columns))))
+    return table.to_csv(sep=separator, decimal=decimal, index=False, header=False, lineterminator="\n")
 
 
 def scope():
@@ -203,36 +201,31 @@ def hdf5():
 
 
 def bag(suffix):
-    """Bag of ROS 1 or 2: numbers at the times of their logging, and later logged messages with stamps."""
-    from rosbags import rosbag1, rosbag2
+    """Bag of ROS 2: numbers at the times of their logging, and later logged messages with stamps."""
+    from rosbags import rosbag2
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    first = suffix == ".bag"
-    types = get_typestore(Stores.ROS1_NOETIC if first else Stores.ROS2_HUMBLE)
+    store = get_typestore(Stores.ROS2_HUMBLE)
     fields = "".join(f"float64 {n}_{UNITS[n]}\n" for n in ("x", "P_A", "P_B"))
-    types.register(get_types_from_msg(f"std_msgs/Header header\n{fields}", "bench/msg/State"))
-    command, state = types.types["std_msgs/msg/Float64"], types.types["bench/msg/State"]
-    header, stamp = types.types["std_msgs/msg/Header"], types.types["builtin_interfaces/msg/Time"]
+    store.register(get_types_from_msg(f"std_msgs/Header header\n{fields}", "bench/msg/State"))
+    kinds = {"/u_V": "std_msgs/msg/Float64", "/state": "bench/msg/State"}
+    command, state = (store.types[kind] for kind in kinds.values())
+    header, stamp = store.types["std_msgs/msg/Header"], store.types["builtin_interfaces/msg/Time"]
     messages = [(t, "/u_V", command(data=u)) for t, u in zip(*slow("u"), strict=True)]
-    for k, (t, *values) in enumerate(zip(TIME, *(truth()[n] for n in ("x", "P_A", "P_B")), strict=True)):
+    for t, *values in zip(TIME, *(truth()[n] for n in ("x", "P_A", "P_B")), strict=True):
         time = stamp(sec=STAMP, nanosec=round(1e9 * t))
-        of_state = header(frame_id="", stamp=time, **({"seq": k} if first else {}))
-        messages.append((t + 0.01, "/state", state(of_state, *values)))
+        messages.append((t + 0.01, "/state", state(header(stamp=time, frame_id=""), *values)))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"a{suffix}"
         plugin = rosbag2.StoragePlugin.MCAP if suffix == ".mcap" else rosbag2.StoragePlugin.SQLITE3
-        write = types.serialize_ros1 if first else types.serialize_cdr
-        with (
-            rosbag1.Writer(file) if first else rosbag2.Writer(file, version=9, storage_plugin=plugin)
-        ) as writer:
+        with rosbag2.Writer(file, version=9, storage_plugin=plugin) as writer:
             topics = {
-                topic: writer.add_connection(topic, kind.__msgtype__, typestore=types)
-                for topic, kind in (("/u_V", command), ("/state", state))
+                topic: writer.add_connection(topic, kind, typestore=store) for topic, kind in kinds.items()
             }
             for t, topic, message in messages:
-                logged = STAMP * 10**9 + round(1e9 * t)
-                writer.write(topics[topic], logged, bytes(write(message, message.__msgtype__)))
-        return (file if first else file / f"a{suffix}{suffix}").read_bytes()
+                content = bytes(store.serialize_cdr(message, kinds[topic]))
+                writer.write(topics[topic], STAMP * 10**9 + round(1e9 * t), content)
+        return (file / f"a{suffix}{suffix}").read_bytes()
 
 
 def tdms():
@@ -266,16 +259,6 @@ def mdf():
         return file.save(Path(folder) / "a.mf4", overwrite=True).read_bytes()
 
 
-def stamped():
-    iso = pd.Timestamp("2024-05-13T10:11:12") + pd.to_timedelta(TIME, unit="s")
-    return named(",", time="Time") + rows([stamp.isoformat() for stamp in iso])
-
-
-def clock_times():
-    times = [f"10:{11 + int(t) // 60:02}:{t % 60:09.6f}" for t in TIME]
-    return named(";", time="Zeit") + rows(times, sep=";")
-
-
 COMMON = {  # one rate
     "commas, time in ms": ("a.csv", lambda: named(",") + rows(MS)),
     "packed": ("a.csv.gz", lambda: gzip.compress((named(",") + rows(MS)).encode(), mtime=0)),
@@ -287,8 +270,14 @@ COMMON = {  # one rate
     "spaces, commented header with commas": ("a.exp", lambda: "#" + named(",", "{}({})") + rows(MS, sep=" ")),
     "row of units": ("a.csv", lambda: "Time;u;x;P_A;P_B\n[ms];[V];[mm];[bar a];[bara]\n" + rows(MS, sep=";")),
     "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(MS, sep="\t")).encode("utf-16")),
-    "ISO stamps": ("a.csv", stamped),
-    "time of day": ("a.csv", clock_times),
+    "ISO stamps": (
+        "a.csv",
+        lambda: named(",", time="Time") + rows([f"2024-05-13T10:11:{t:09.6f}" for t in TIME]),
+    ),
+    "time of day": (
+        "a.csv",
+        lambda: named(";", time="Zeit") + rows([f"10:11:{t:09.6f}" for t in TIME], sep=";"),
+    ),
     "MATLAB's writetimetable": (
         "a.csv",
         lambda: named(",", time="Time") + rows([f"{t!r} sec" for t in TIME.tolist()]),
@@ -303,7 +292,6 @@ COMMON = {  # one rate
     "MATLAB, To Workspace": ("a.mat", to_workspace),
     "MATLAB, dSPACE": ("a.mat", controldesk),
     "HDF5": ("a.h5", hdf5),
-    "Parquet": ("a.parquet", lambda: in_memory(lambda f: frame().to_parquet(f))),
     "Parquet, timedeltas": (
         "a.parquet",
         lambda: in_memory(lambda f: frame("t").assign(t=pd.to_timedelta(TIME, unit="s")).to_parquet(f)),
@@ -320,18 +308,16 @@ RATES = {  # the command more slowly
     "MATLAB, time series": ("a.mat", time_series),
     "MATLAB 7, timetables": ("a.mat", lambda: timetables("v7")),
     "MATLAB 7.3, timetables": ("a.mat", lambda: timetables("v7.3")),
-    **{
-        f"ROS, {suffix}": (f"a{suffix}", lambda suffix=suffix: bag(suffix))
-        for suffix in (".mcap", ".db3", ".bag")
-    },
+    **{f"ROS, {suffix}": (f"a{suffix}", lambda suffix=suffix: bag(suffix)) for suffix in (".mcap", ".db3")},
     "NetCDF": ("a.nc", netcdf),
     "TDMS": ("a.tdms", tdms),
     "MDF": ("a.mf4", mdf),
 }
+TEXTS = (".csv", ".txt", ".exp", ".gz")
 LIBRARIES = {
     **{".parquet": "pyarrow", ".feather": "pyarrow", ".xlsx": "openpyxl", ".h5": "h5py"},
     **{".tdms": "nptdms", ".mf4": "asammdf", ".lvm": "lvm_read", ".mat": "matio"},
-    **dict.fromkeys((".mcap", ".db3", ".bag"), "rosbags"),
+    **dict.fromkeys((".mcap", ".db3"), "rosbags"),
 }
 
 
@@ -340,3 +326,8 @@ def content(kind):
     name, make = {**COMMON, **{f"two rates: {k}": v for k, v in RATES.items()}}[kind]
     made = make()
     return name, made.encode() if isinstance(made, str) else made
+
+
+def is_text(kind):
+    """Whether a kind of file is read without a library."""
+    return {**COMMON, **{f"two rates: {k}": v for k, v in RATES.items()}}[kind][0].endswith(TEXTS)

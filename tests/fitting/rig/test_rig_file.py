@@ -23,8 +23,6 @@ def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both(tmp_path):
         ends = value if isinstance(value, tuple) else (value, value)
         assert read.ends[name] == pytest.approx(ends, rel=1e-12), name
     assert (read.gas, read.sensor) == (GASES["air"], "valve") and not read.has("hose_volume")
-    other = rig(TANK | {"gas": "nitrogen", "sensor": "chamber"}, "rig.yaml")
-    assert (other.gas, other.sensor) == (GASES["nitrogen"], "chamber")
     (tmp_path / "rig.yaml").write_text("volume_L: 16\norifice_mm: [2, 3]\n")
     assert read_rig(tmp_path / "rig.yaml").ends["orifice"] == pytest.approx((2e-3, 3e-3))
 
@@ -36,16 +34,12 @@ def test_numbers_are_in_the_unit_of_their_key_and_bounds_are_both(tmp_path):
         (TANK | {"C_d": "wide"}, "C_d = 'wide': must be a number, or a list of two"),
         (TANK | {"C_d": [0.9, 0.7]}, "ascending"),
         (TANK | {"C_d": [0.7, 0.8, 0.9]}, "a list of two"),
-        (TANK | {"C_d": True}, "C_d = True"),
         (TANK | {"C_d": float("nan")}, "C_d = nan"),
         (TANK | {"C_d": 11}, "at least 0.001 and at most 10"),
         (TANK | {"gas": "neon"}, "gas = 'neon': must be air or nitrogen or helium or hydrogen"),
         (TANK | {"bore_mm": 25, "dead_volume_mL": 3}, "volume_L: conflicts with bore_mm; give only one"),
         ({"orifice_mm": 2}, "volume_L: missing; or give bore_mm"),
-        (TANK | VALVE, "orifice_mm: conflicts with valve_C_in_dm3_per_sbar"),
         (CHAMBER | {"hose_volume_mL": 3}, "hose_volume_mL: needs hose_C_dm3_per_sbar, which is missing"),
-        ({"volume_L": 1, "valve_C_in_dm3_per_sbar": 1}, "needs valve_C_out_dm3_per_sbar, which is missing"),
-        (TANK | {"supply_volume_L": 3, "regulator_C_dm3_per_sbar": 1}, "needs valve_C_in_dm3_per_sbar"),
         *(
             (CHAMBER | {key(name): QUANTITIES[name].high}, f"{key(name)}: needs {key('dead_volume_B')}")
             for name in QUANTITIES

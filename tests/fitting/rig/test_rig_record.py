@@ -44,8 +44,6 @@ def test_a_small_pulse_and_one_that_does_not_end_are_no_pulses():
     assert edges(pulse(0.1)[:350]) == []
     dip = pulse(0.1) - 0.5 * (HIGH - LOW) * ((T > 0.32) & (T < 0.35))
     assert edges(dip) == pytest.approx(edges(pulse(0.1)))  # it ends where it last falls
-    ((begin, end),) = edges(np.where((T > 0.1) & (T < 0.3), HIGH, LOW))  # at once
-    assert (begin, end) == pytest.approx((100 + RISEN, 300 - FALLEN), abs=1)
 
 
 def test_whole_pulses_are_runs_with_the_records_period_that_begin_and_end_at_rest():
@@ -64,11 +62,9 @@ def test_whole_pulses_are_runs_with_the_records_period_that_begin_and_end_at_res
     assert np.std(run.x - true[part]) < 0.5 * 2e-5
     assert run.travel == pytest.approx(0.06, abs=5e-5) and run.x.min() >= 0
 
-    two, u, x = np.tile(pulse(0.1), 2), np.tile(command(), 2), np.zeros(2 * len(T))
-    t = H * np.arange(2 * len(T))
-    assert len(pulses(t, x, two, u)) == 2
-    cut = slice(None, len(T) + 400)  # within the second
-    assert len(pulses(t[cut], x[cut], two[cut], u[cut])) == 1
+    two, t = np.tile(pulse(0.1), 2), H * np.arange(2 * len(T))
+    assert len(pulses(t, 0 * t, two)) == 2
+    assert len(pulses(t[:1600], 0 * t[:1600], two[:1600])) == 1  # the second is cut
     with pytest.raises(InputError, match="no whole pulse"):
         pulses(T, np.zeros_like(T), np.full_like(T, LOW), 0 * T)
 
@@ -103,10 +99,8 @@ def test_a_gauge_pressure_is_above_the_rigs_surroundings_and_times_count_from_th
     ],
 )
 def test_points_are_five_or_more_at_times_that_increase(t, P, said, tmp_path):
-    file = written(tmp_path, t_s=np.array(t, float), P_A_bar=np.array(P, float))
-    with pytest.raises(InputError) as error:
-        read_runs(file, VESSEL)
-    assert str(error.value) == f"{file}: {said}"
+    with pytest.raises(InputError, match=said):
+        read_runs(written(tmp_path, t_s=np.array(t, float), P_A_bar=np.array(P, float)), VESSEL)
 
 
 FILLED = {"volume_L": 10, "valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 7}
@@ -121,10 +115,6 @@ def test_a_vessel_behind_a_valve_is_cut_into_its_pulses_with_the_temperature(tmp
     of_gas = np.arange(0.1, begins + run.t[-1], 0.05)
     assert run.T.t == pytest.approx(of_gas - begins, abs=1e-9)
     assert run.T.values == pytest.approx(300 + of_gas, abs=1e-9)
-    cold = written(
-        tmp_path, t_s=t, P_A_bar=1e-5 * pulse(0.1), u_V=command(), T_K=np.where(T < 0.05, 300, np.nan)
-    )
-    assert read_runs(cold, rig(FILLED, "test"))[0].T is None  # none within the pulse
     without = written(tmp_path, t_s=T, P_A_bar=1e-5 * pulse(0.1))
     with pytest.raises(InputError, match=r"no column u: a vessel .* needs it; or --command edges"):
         read_runs(without, rig(FILLED, "test"))
