@@ -207,8 +207,8 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
         group, lowest = budget.groups[0], budget.rows[0].rms
         known = budget.lowest_if_known(group)
         if known**2 * (1 + MATERIAL) < lowest**2:
-            how = "another record" if budget.measured else "`pneumo fit` on 20 s"
-            lines.append(f"Measure the {group} first: {_kpa(lowest)} becomes {_kpa(known)}; {how}.")
+            how = "another record" if budget.measured else "`pneumo fit`"
+            lines.append(f"Measure the {group} first ({how}): {_kpa(lowest)} becomes {_kpa(known)}.")
     if chosen.model != FULL_ORDER and MODELS[chosen.model].temperature == "polytropic" and _has_wall(chosen):
         lines.append(f"{chosen.model} drifts to P_0 in a closed chamber: not for a piston held at rest.")
     columns = (cells[name].values for name in ("experiment", "duration", "time_constant"))

@@ -161,7 +161,7 @@ def test_parts_are_what_the_error_loses_if_a_group_is_known():
     )
     assert answer.budget.lowest_if_known("valve") == pytest.approx((2.5e6) ** 0.5)
     assert row.low == pytest.approx(row.rms) == row.high
-    assert answer.advice[0].startswith("Measure the valve first: 7.2 kPa becomes 1.6 kPa")
+    assert answer.advice[0].endswith(": 7.2 kPa becomes 1.6 kPa.")
 
 
 def test_the_cheapest_within_a_tenth_of_the_lowest_is_chosen():

@@ -84,7 +84,7 @@ def next_experiments(fit: FitResult) -> list[str]:
         if experiment := EXPERIMENTS.get(PARAMETERS[name].group):
             settled.setdefault(experiment, {})[name] = weight
         if by := _moved_by(fit, name):
-            settled.setdefault(f"know {by} better: it moves most", {})[name] = weight
+            settled.setdefault(f"measure {by} more accurately; it contributes most", {})[name] = weight
     lines: list[str] = []
     while settled and len(lines) < MOST_ADVICE:
         best = max(settled, key=lambda advice: sum(settled[advice].values()))
