@@ -266,7 +266,9 @@ def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
         _, key = PARAMETERS[name].key.rsplit(".", 1)
         configured = f"the default of {100 * DEAD_FRACTION:g} % of half the stroke, since none is configured"
         remedy = f"give {key} (with hoses), or {question}"
-    return [FitWarning(f"fitted {QUANTITIES[name].name} is {ratio:.2g} times {configured}: {remedy}", name)]
+    return [
+        FitWarning(f"{QUANTITIES[name].name} as fitted is {ratio:.2g} times {configured}: {remedy}", name)
+    ]
 
 
 def apart(ends: Iterable[tuple[float, float]]) -> bool:
