@@ -10,8 +10,8 @@ from pneumo.configuration.schema_messages import allowed, named_sections, resolv
 HEAD = """\
 # Configuration
 
-`pneumo init` writes a commented configuration of a cylinder. In this folder, `paper.yaml` is the paper's study;
-any other file overrides some of its keys, as `smoke.yaml` does: `snakemake -j2 --configfile mine.yaml`.
+`pneumo init` writes a commented configuration of a cylinder. Here `paper.yaml` is the paper's study; any
+other file overrides some of its keys, as `smoke.yaml` does: `snakemake -j2 --configfile mine.yaml`.
 
 Keys name their unit. An unknown key, a wrong unit or a value outside its range is refused in one line before
 anything runs.
