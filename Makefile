@@ -19,7 +19,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs live lint bench fit-bench fuzz torture determinism sanitize slurm-test wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all soak coverage numbers docs live lint bench fit-bench sanitize wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -74,24 +74,9 @@ docs: .venv/.dev  ## build the documentation into site/; a warning is an error
 	sphinx-build --jobs $(JOBS) --quiet --fail-on-warning --keep-going --nitpicky docs site
 
 live: .venv/.dev  ## compile the page of `pneumo live` again, after a change of the core or the models (needs clang, lld)
-	@echo "== live: pneumo/publish/pages/live/live.html"
+	@echo "== live: pneumo/publish/pages/live.html"
 	$(activate)
-	python -m pneumo.publish.pages.live_page
-
-fuzz: .venv/.dev  ## try 10 000 bad inputs and record the outcome in results/evidence/fuzz.json
-	@echo "== fuzz: pytest tests/cli/test_fuzz.py"
-	$(activate)
-	FUZZ=10000 pytest -q -s tests/cli/test_fuzz.py
-
-torture: .venv/.dev  ## kill, starve and spoil the study (40 kills; hours), CONFIG=config/smoke.yaml for a short one
-	@echo "== torture: results/evidence/torture.json"
-	$(activate)
-	python -m tests.torture.faults --config "$(CONFIG)"
-
-determinism: .venv/.dev  ## compare runs with other jobs, threads and processors
-	@echo "== determinism: results/evidence/determinism.json"
-	$(activate)
-	python -m tests.torture.determinism --config "$(CONFIG)"
+	python -m live.build
 
 sanitize: .venv/.dev  ## run the core's tests under the sanitizers of addresses and of undefined behaviour
 	@echo "== sanitize: pytest tests/core tests/simulation in build/sanitize"
@@ -103,13 +88,6 @@ sanitize: .venv/.dev  ## run the core's tests under the sanitizers of addresses 
 	# Python leaks by design what it keeps to its end.
 	export LD_PRELOAD="$$(gcc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 PYTHONPATH="$$PWD"
 	pytest -n $(JOBS) -m "not slow" tests/core tests/simulation
-
-slurm-test: .venv/.dev  ## run the smoke study on a Slurm of one node made for it (root; slurm-wlm, munge)
-	@echo "== slurm-test: workflow/profiles/slurm"
-	$(activate)
-	uv pip install --quiet --no-deps --target .snakemake/slurm snakemake-executor-plugin-slurm snakemake-executor-plugin-slurm-jobstep
-	export PYTHONPATH="$$PWD/.snakemake/slurm"
-	python -m tests.torture.slurm
 
 lint: .venv/.dev  ## check style, types, import contracts and the workflow
 	@echo "== lint: ruff, basedpyright, import-linter, zizmor, cog, snakefmt, snakemake --lint"
@@ -125,7 +103,7 @@ lint: .venv/.dev  ## check style, types, import contracts and the workflow
 	snakemake --dry-run --quiet all > /dev/null
 	if (snakemake --lint 2>&1 || true) | grep '^ *\* ' | grep -v 'Specify a conda environment or container'; then exit 1; fi
 
-bench: .venv/.dev  ## measure speed against other means, and the whole study's time, into results/bench.json
+bench: .venv/.dev  ## measure the speed of the core and the time of the whole study; adds a line to benchmarks/history.jsonl
 	@echo "== bench: benchmarks/bench.py (some 5 minutes; leave the machine alone meanwhile)"
 	$(activate)
 	python -m benchmarks.bench

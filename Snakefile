@@ -7,24 +7,24 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
-from pneumo.jobs.checked_study import (
+sys.path.insert(0, "")  # the checkout, for what is not installed
+from paper.study.kept_evidence import evidence_for, kept_or_made
+from paper.study.labels import shown
+from workflow.jobs.checked_study import (
     as_written,
     checked_study,
-    find_paper_study,
+    find_checkout,
     limits_of_cylinders,
     results_folder,
     user_cylinders,
     without_trust,
 )
-from pneumo.jobs.fleet_plan import checked_fleet
-from pneumo.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
-from pneumo.jobs.run_lock import check_run_folder, take_run_lock
-from pneumo.storage.checksums import write_sums
+from workflow.jobs.checksums import write_sums
+from workflow.jobs.fleet_plan import checked_fleet
+from workflow.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
+from workflow.jobs.run_lock import check_run_folder, take_run_lock
 
-find_paper_study()
-from paper.study.kept_evidence import evidence_for, kept_or_made
-from paper.study.labels import shown
-
+find_checkout()
 min_version("9.27")
 sys.executable = shlex.quote(sys.executable)  # Snakemake 2645: a checkout's path may hold a space
 

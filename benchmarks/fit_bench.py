@@ -40,7 +40,7 @@ import yaml
 import pneumo
 from benchmarks.bench_rig import P_ATM, U_MAX, Rig, bench_record, drawn_rig, purpose_rig
 from benchmarks.disturbances import DISTURBANCES, Columns, scaled
-from benchmarks.fit_counts import ROOT, Outcome, for_the_page, kept, summary, write
+from benchmarks.fit_counts import ROOT, Outcome, for_the_page, summary, write
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy, load, study
 from pneumo.errors import InputError
@@ -187,38 +187,27 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=FIRST_SEED, help=f"of the first record [{FIRST_SEED}]")
     parser.add_argument("--output", type=Path, default=ROOT / "results", help="folder [results]")
-    parser.add_argument("--minutes", type=float, default=np.inf, help="no case is begun after these [no end]")
-    parser.add_argument("--resume", action="store_true", help="keep the cases that the folder has")
     parser.add_argument("--page", action="store_true", help="only write the folder's counts for fit.md")
     parser.add_argument("--jobs", type=int, default=1, help="records at a time [1]")
     chosen = parser.parse_args()
     if chosen.page:
         for_the_page(chosen.output)
         return
-    outcomes = kept(chosen.output) if chosen.resume else []
-
-    def add(outcome: Outcome) -> None:
-        outcomes.append(outcome)
-        verdict = "refused" if outcome.refused else f"wrong {outcome.wrong}, {len(outcome.warnings)} warnings"
-        print(f"{outcome.disturbance} {outcome.seed}: {verdict} ({outcome.seconds:.1f} s)", flush=True)
-        write(outcomes, chosen.output)  # keep finished cases
-
+    outcomes: list[Outcome] = []
     cases: list[tuple[Any, ...]] = [
-        (name, chosen.seed + number, chosen.models)
+        (name, chosen.seed + number, chosen.models, None)
         for name in chosen.only or DISTURBANCES
         for number in range(chosen.undisturbed if name == "none" else chosen.count)
     ]
     if not chosen.only:
         cases.append(("none", chosen.seed - 1, chosen.models, purpose_rig()))
     np.random.default_rng(0).shuffle(cases)
-    cases = cases[len(outcomes) :]
-    ends = time.monotonic() + 60 * chosen.minutes
     with ProcessPoolExecutor(chosen.jobs) as pool:
-        for future in [pool.submit(judged, *case) for case in cases]:
-            add(future.result())
-            if time.monotonic() > ends:
-                pool.shutdown(cancel_futures=True)
-                break
+        for outcome in pool.map(judged, *zip(*cases, strict=True)):
+            outcomes.append(outcome)
+            verdict = "refused" if outcome.refused else f"wrong {outcome.wrong}"
+            print(f"{outcome.disturbance} {outcome.seed}: {verdict} ({outcome.seconds:.1f} s)", flush=True)
+            write(outcomes, chosen.output)  # keep finished cases
     print(summary(outcomes).T.to_string(float_format="{:.3g}".format))
 
 

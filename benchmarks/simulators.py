@@ -15,10 +15,10 @@ import xarray as xr
 
 from benchmarks.fmu_runs import fmu_run
 from paper.study import PAPERS
+from paper.study.stored_runs import read_json
 from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.parameters import load, study
 from pneumo.simulation.full_order import STATE, record
-from pneumo.storage.files import read_json
 
 ROOT = PAPERS.parent
 FILE = ROOT / "paper/2006/simulators.json"

@@ -51,12 +51,6 @@ def snakemake(folder: Path, *arguments: str) -> dict[str, Any]:
     return {"wall_s": wall, "stages_s": stages, "peak_memory_gib": usage.ru_maxrss / 2**20}
 
 
-def work_of_jobs(folder: Path) -> dict[str, float]:
-    """Working time of each job without its start, s, from its log; shell commands log none."""
-    logs = (log.read_text() for log in (folder / "results/logs").glob("*.log"))
-    return {rule: float(s) for log in logs for rule, s in re.findall(r"^(\w+): ([\d.]+) s$", log)}
-
-
 def run_study(*arguments: str) -> dict[str, Any]:
     """Run the study in a temporary folder twice: anew, and with nothing to do.
 
@@ -68,13 +62,11 @@ def run_study(*arguments: str) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="pneumo-bench-") as temporary:
         folder = copy_checkout(Path(temporary, "pneumo"))
         runs = {name: snakemake(folder, *arguments) for name in ("all", "nothing to do")}
-        work, stages = work_of_jobs(folder), runs["all"]["stages_s"]
+        stages = runs["all"]["stages_s"]
         size = sum(file.stat().st_size for file in (folder / "results").rglob("*") if file.is_file())
     return {
         "wall_s": {name: run["wall_s"] for name, run in runs.items()},
         "stages_s": stages,
-        "work_s": work,
-        "job_overhead": 1 - sum(work.get(rule, 0.0) for rule in stages) / sum(stages.values()),
         "replay_wall_s": stages["replay"] + stages["statistics"],
         "peak_memory_gib": max(run["peak_memory_gib"] for run in runs.values()),
         "results_mb": size / 1e6,

@@ -1,4 +1,4 @@
-"""Table and picture of budget-test.md, from what `python -m benchmarks.budget_test` kept."""
+"""Table and picture of budget-test.md, from the kept results of the test."""
 
 import numpy as np
 import xarray as xr

@@ -80,7 +80,7 @@ nitpick_ignore_regex = [(r"py:.*", r"(?!pneumo\.).*")]  # Python's own and other
 html_theme = "furo"
 html_title = "pneumo"
 html_static_path = ["static"]
-html_extra_path = ["../pneumo/publish/pages/live/live.html"]
+html_extra_path = ["../pneumo/publish/pages/live.html"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = html_show_copyright = False

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from paper.study.stored_runs import read_study, recording_from
 from pneumo.physics.models import MODELS, Model
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import GREY, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
 from pneumo.runs import Run, replay
-from pneumo.storage.files import read, read_study
-from pneumo.storage.layout import recording_from
+from pneumo.storage.files import read
 
 PICTURE = Path(__file__).parents[1] / "paper/readme/errors.png"
 EXPERIMENT = "E12"  # a typical conductance, in closed loop

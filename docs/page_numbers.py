@@ -22,7 +22,6 @@ import xarray as xr
 import yaml
 from fragments import NUMBERS, ROOT, stored_numbers
 
-from benchmarks.fleet_law import law, minutes, rows
 from paper.study import PAPERS
 from paper.study.kept_evidence import KEPT
 from paper.study.pages.verdict_page import SIMULATORS
@@ -65,26 +64,12 @@ def from_kept_files() -> Numbers:
         "budget_test": budget_counts.numbers(
             *(xr.load_dataset(KEPT / f"{name}.nc") for name in ("budget_test", "budget_test_repeated"))
         ),
-        "cluster": fleet(_stored(STATIC / "fleet.json")),
         "cost": cost.numbers(_stored(STEP_COST)),
         "drift": drift.tables(),
         "fit_bench": fit_bench(_stored(STATIC / "fit_bench.json")),
         "measured_air": measured_air.numbers(air),
         "measurements": measured_air.gas_spring_numbers(measured),
         "simulators": simulators(_stored(PAPERS / "2006" / SIMULATORS)),
-    }
-
-
-def fleet(measured: dict[str, Any]) -> dict[str, str]:
-    """Cost of a table of cylinders, by `python -m benchmarks.fleet`."""
-    per_unit = law(measured)
-    return {
-        "processor": measured["cpu"],
-        "cylinder": f"{per_unit.cylinder_s:.1f}",
-        "job": f"{per_unit.job_s:.0f}",
-        "kB": f"{per_unit.block_kB + per_unit.index_kB:.0f}",
-        "hours": f"{rows(measured)[-1]['core_h']:.0f}",
-        "minutes": f"{minutes(measured):.1f}",
     }
 
 

@@ -41,41 +41,23 @@ if TYPE_CHECKING:
     __version__: str
 
 # The same names, whose modules are loaded on first use: `import pneumo` imports no numerics.
-_MODULE_OF = {
-    "default_conductance": "pneumo.catalogue",
-    "measured_conductances": "pneumo.catalogue",
-    "Plant": "pneumo.configuration.experiment",
-    "load": "pneumo.configuration.parameters",
-    "chamber_rate": "pneumo.equations.chamber_rate",
-    "ConfigurationError": "pneumo.errors",
-    "InputError": "pneumo.errors",
-    "PneumoError": "pneumo.errors",
-    "ResultError": "pneumo.errors",
-    "RunError": "pneumo.errors",
-    "Linear": "pneumo.linear.linear_model",
-    "linearise": "pneumo.linear.linear_model",
-    "Estimate": "pneumo.linear.observer",
-    "ekf": "pneumo.linear.observer",
-    "ModelStudy": "pneumo.notebook",
-    "RecordFit": "pneumo.notebook",
-    "fit": "pneumo.notebook",
-    "read_record": "pneumo.notebook",
-    "study": "pneumo.notebook",
-    "Cylinder": "pneumo.physics.cylinder",
-    "MODELS": "pneumo.physics.models",
-    "Model": "pneumo.physics.models",
-    "Conditions": "pneumo.physics.valve",
-    "Gas": "pneumo.physics.valve",
-    "Valve": "pneumo.physics.valve",
-    "Prediction": "pneumo.runs",
-    "Run": "pneumo.runs",
-    "State": "pneumo.runs",
-    "recorded": "pneumo.runs",
-    "replay": "pneumo.runs",
-    "simulate": "pneumo.runs",
-    "plant": "pneumo.selection.plants",
-    "open_grid": "pneumo.storage.files",
+_NAMES = {
+    "catalogue": "default_conductance measured_conductances",
+    "configuration.experiment": "Plant",
+    "configuration.parameters": "load",
+    "equations.chamber_rate": "chamber_rate",
+    "errors": "ConfigurationError InputError PneumoError ResultError RunError",
+    "linear.linear_model": "Linear linearise",
+    "linear.observer": "Estimate ekf",
+    "notebook": "ModelStudy RecordFit fit read_record study",
+    "physics.cylinder": "Cylinder",
+    "physics.models": "MODELS Model",
+    "physics.valve": "Conditions Gas Valve",
+    "runs": "Prediction Run State recorded replay simulate",
+    "selection.plants": "plant",
+    "storage.files": "open_grid",
 }
+_MODULE_OF = {name: f"pneumo.{module}" for module, names in _NAMES.items() for name in names.split()}
 __all__ = ["__version__", *sorted(_MODULE_OF)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 

@@ -37,6 +37,11 @@ class BadRowsError(ConfigurationError):
         super().__init__("\n".join([*rows[:MOST_ROWS], *more]))
 
 
+def error_of_lines(lines: Sequence[str]) -> ConfigurationError:
+    """Error with one line, or with several of a table."""
+    return ConfigurationError(lines[0]) if len(lines) == 1 else BadRowsError(lines)
+
+
 class InputError(PneumoError, ValueError):
     """Invalid argument or record, or an output file that is not writable or already exists."""
 

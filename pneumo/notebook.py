@@ -17,9 +17,8 @@ import xarray as xr
 from markupsafe import escape
 from matplotlib.figure import Figure
 
-from pneumo.configuration.configured_dynamics import configured_dynamics
 from pneumo.configuration.experiment import Plant, Study
-from pneumo.configuration.parameters import accuracy, load, sonic_conductance
+from pneumo.configuration.parameters import accuracy, configured_dynamics, load, sonic_conductance
 from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
@@ -45,7 +44,7 @@ from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.pages.study_page import check_folder, save_study
 from pneumo.publish.text.formatting import preformatted
 from pneumo.publish.text.terminal_tables import study_text
-from pneumo.selection.answer import Answer, answers, export_command
+from pneumo.selection.answer import Answer, answers, export_command, exported_name
 from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import check_output, write_text
@@ -204,18 +203,32 @@ class ModelStudy:
     study: Study
     cells: xr.Dataset  #: errors of every model, run and drawn cylinder
     configuration: Configuration
-    files: tuple[str, ...] = ()  #: of the configuration, for the commands of the text
+    files: Sequence[str] = ()  #: of the configuration, for the commands of the text
 
     @cached_property
     def answers(self) -> list[Answer]:
         """Answer for each cylinder: the model to take, the error budget, and what to measure next."""
         return answers(self.cells)
 
+    @cached_property
+    def _configured(self) -> Study:
+        """All experiments of the configuration, those of the study first: a command names their first k_0."""
+        configured = in_SI(self.configuration)
+        return configured._replace(experiments={**self.study.experiments, **configured.experiments})
+
+    def _answer(self, cylinder: str | None) -> Answer:
+        """Answer for a cylinder, by default the first; `InputError` if it is unknown or has no model."""
+        named = {answer.ranking.cylinder: answer for answer in self.answers}
+        answer = named.get(next(iter(named)) if cylinder is None else cylinder)
+        if answer is None:
+            raise InputError(f"cylinder = {cylinder!r}: must be one of {', '.join(named)}")
+        if not answer.chosen:
+            raise InputError(f"{answer.ranking.cylinder}: no model to show: {answer.reason}")
+        return answer
+
     def plot(self, cylinder: str | None = None) -> Figure:
         """Figure of the error budget of a cylinder; by default of the first."""
-        return budget_figure(
-            next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
-        )
+        return budget_figure(self._answer(cylinder))
 
     def to_xarray(self) -> xr.Dataset:
         """Errors of every model, run and drawn cylinder, as ``study.nc`` has them."""
@@ -223,20 +236,23 @@ class ModelStudy:
 
     def export(self, file: Path | str, to: str = "c", cylinder: str | None = None) -> list[Path]:
         """Write the recommended model of a cylinder, by default the first, as source code or FMU."""
-        answer = next(a for a in self.answers if cylinder in (None, a.ranking.cylinder) and a.chosen)
-        chosen = answer.contender(answer.chosen)
-        n = None if np.isnan(chosen.row.n) else chosen.row.n
-        return _export(self.configuration, answer.ranking.cylinder, chosen.exported_name, n, to, file)
+        answer = self._answer(cylinder)
+        n = answer.budget.row(answer.chosen).n
+        model, n = exported_name(answer.chosen), None if np.isnan(n) else n
+        return _export(self.configuration, answer.ranking.cylinder, model, n, to, file)
 
     def save(self, folder: Path | str) -> tuple[Path, Path]:
         """Write study.html and study.nc into a folder; return their paths."""
         check_folder(Path(folder))
-        commands = [export_command(answer, self.study, self.files) for answer in self.answers]
+        commands = [export_command(answer, self._configured, self.files) for answer in self.answers]
         return save_study(self.study, self.cells, self.answers, Path(folder), commands)
 
+    def text(self, width: int = 80) -> str:
+        """Text that `pneumo study` prints, for a terminal of a width."""
+        return study_text(self.answers, self._configured, self.files, width)
+
     def __repr__(self) -> str:
-        """Text that `pneumo study` prints."""
-        return study_text(self.answers, self.study, self.files)
+        return self.text()
 
     def _repr_html_(self) -> str:
         return preformatted(self)

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+LARGEST_RESULT = 50_000_000_000  # bytes; the study's largest has 92 million
 NOT_WAITING = getattr(os, "O_NONBLOCK", 0)  # for the writer of a named pipe
 
 

@@ -129,17 +129,6 @@ def plants() -> st.SearchStrategy[Plant]:
 
 def commands(steps: int, every: int = 50, high: float = 10.0) -> st.SearchStrategy[np.ndarray]:
     """Command of every step, V, shape (steps + 1,), held for `every` steps as in Table 3."""
-    return _held(voltages(high), steps, every)
-
-
-def references(
-    steps: int, cylinder: Cylinder, every: int = 50, fraction: float = 0.9
-) -> st.SearchStrategy[np.ndarray]:
-    """Position reference of every step, m, shape (steps + 1,), within a fraction of half the stroke."""
-    return _held(positions(fraction), steps, every).map(lambda series: series * cylinder.stroke / 2)
-
-
-def _held(levels: Floats, steps: int, every: int) -> st.SearchStrategy[np.ndarray]:
     count = steps // every + 1
-    values = st.lists(levels, min_size=count, max_size=count)
+    values = st.lists(voltages(high), min_size=count, max_size=count)
     return values.map(lambda chosen: np.repeat(np.array(chosen), every)[: steps + 1])

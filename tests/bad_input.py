@@ -171,20 +171,6 @@ def unknown_key(draw):
     return Mistake("unknown key", changed(path, change), (name_of(path), "unknown key"))
 
 
-@st.composite
-def wrong_name(draw):
-    """Names of experiments, cylinders and levels that are none."""
-    section = draw(st.sampled_from(["experiments", "cylinders", "levels"]))
-    odd = [text for text in ODD_TEXTS if text != "null"]
-    name = draw(st.sampled_from([*odd, "../E01", "a/b", "..", ".", "-x", "a" * 41, 17, None, True, 1.5]))
-
-    def change(holder, key):
-        holder[key][name] = next(iter(holder[key].values()))
-
-    words = (section, "the name must be text") if isinstance(name, str) else ("key", "not text")
-    return Mistake("name", changed((section,), change), words)
-
-
 TEXT = as_yaml(FEW).decode()
 LAUGHS, MERGES = "a0: &a0 [x, x]\n", "a0: &a0 {x: 1}\n"
 for i in range(30):
@@ -231,7 +217,7 @@ def broken_text(draw):
 
 def mistakes():
     """Any mistake in a configuration."""
-    kinds = (wrong_field, missing_key, unknown_key, wrong_name, broken_text)
+    kinds = (wrong_field, missing_key, unknown_key, broken_text)
     return st.one_of(*(kind() for kind in kinds))
 
 

@@ -20,19 +20,3 @@ def test_a_record_names_its_source_and_licence(file):
     assert kind.removesuffix("-2.0") in licence
     row = next(r for r in (DATA / "README.md").read_text().splitlines() if f"`{file.parent.name}/`" in r)
     assert kind in row and (file.parent / "convert.py").exists()
-
-
-def test_pulses_are_what_the_instruments_counted():
-    data = xr.load_dataset(DATA / "valve_driven/pulses.nc", decode_times=False)
-    # README's steps, and the largest value of the original, 2.1844836 V of 10 V for 10 bar.
-    for name, step in (("x", 2.042e-4), ("p", 933.5)):
-        assert np.diff(np.unique(data[name])).min() == pytest.approx(step, rel=1e-3)
-    assert data["p"].max().item() == pytest.approx(2.1844836e5, rel=1e-5)
-
-
-def test_points_of_the_tank_are_in_order():
-    for name in ("discharge", "filling", "nitrogen"):
-        data = xr.load_dataset(DATA / f"tank/{name}.nc", decode_times=False)
-        for variable in data.data_vars.values():
-            assert (np.diff(variable[variable.dims[0]]) > 0).all() and np.isfinite(variable).all()
-            assert variable.attrs["units"] in ("Pa", "K")

@@ -4,10 +4,8 @@ import re
 import shlex
 import subprocess
 import tomllib
-from collections import Counter
 from functools import cache
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 from checkout import ROOT
@@ -17,12 +15,10 @@ from typer.testing import CliRunner
 from workflow_scripts import script
 
 import pneumo
-from paper.study.paper_2006.paper import PAPER_2006
 from pneumo.cli import commands as cli
 from pneumo.configuration.parameters import load, study
 from pneumo.simulation.signals import STUDY_SAMPLINGS
-from pneumo.storage.checksums import write_sums
-from pneumo.verdict.errata import read_errata
+from workflow.jobs.checksums import write_sums
 
 DOCS, SITE = ROOT / "docs", ROOT / "site"
 PAGES = sorted(DOCS.glob("*.md"))
@@ -33,8 +29,7 @@ NOT_RUN = {
     "cd": "follows the clone",
     ". .venv/bin/activate": "is how the tests are run",
     "uv pip install": "needs the network",
-    "snakemake --profile": "needs Slurm; `make slurm-test` runs it",
-    "pneumo study --from": "needs the results of a fleet; a test of the workflow runs it",
+    "snakemake --profile": "needs Slurm",
     "pneumo paper verdict --runs": "needs another simulator's runs; tests of the papers make some",
 }
 INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -174,16 +169,6 @@ def test_every_number_is_on_a_page_and_every_name_on_a_page_has_a_number():
     assert "<!--" not in text
 
 
-def test_the_scheme_of_a_rig_shows_every_volume_and_restriction():
-    from pneumo.fitting.rig.rig_file import QUANTITIES
-
-    drawing = ElementTree.fromstring((DOCS / "static/rig.svg").read_text(encoding="utf-8"))
-    texts = {text.text for text in drawing.iter("text")}
-    shown = "volume$|_C|_b|^k_0|^store|bore|orifice"
-    parts = {name for name in QUANTITIES if re.search(shown, name) and not name.endswith("_B")}
-    assert parts <= texts and {"regulator_C", "hose_volume", "k_0"} <= parts
-
-
 def test_architecture_lists_the_rooms_in_the_order_of_the_import_contract():
     page = (DOCS / "architecture.md").read_text(encoding="utf-8")
     table = page.partition("| room |")[2].partition("\n\n")[0]
@@ -197,30 +182,6 @@ def test_architecture_lists_the_rooms_in_the_order_of_the_import_contract():
     assert set(layers) == {path.stem for path in inside if not path.name.startswith("__")}
 
 
-def test_no_two_modules_share_a_name():
-    modules = [file for file in (ROOT / "pneumo").rglob("*.py") if file.stem != "__init__"]
-    # Both papers' folders use the same names for the same roles.
-    of_papers = {file.stem for file in modules if file.parent.parent.name == "papers"}
-    others = [file.stem for file in modules if file.parent.parent.name != "papers"]
-    assert [name for name, count in Counter([*of_papers, *others]).items() if count > 1] == []
-
-
-def test_theory_has_every_erratum_once_and_the_papers_numbers_of_equations():
-    named = re.findall(r"\{\{ errata\.(\w+) \}\}", (DOCS / "theory.md").read_text(encoding="utf-8"))
-    assert sorted(named) == sorted(read_errata(PAPER_2006.folder, PAPER_2006.proofs))
-    # Sphinx counts equations in their order: they carry the paper's numbers.
-    labels = re.findall(r"^\$\$ \((\w+)\)$", (DOCS / "theory.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert labels == [f"eq{number}" for number in range(1, 18)]
-
-
 @pytest.mark.parametrize("name", pneumo.__all__)
 def test_public_name_is_in_the_api(name):
     assert re.search(rf":: pneumo\.{name}$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
-
-
-def test_the_index_has_every_page_once_by_kind():
-    index = (DOCS / "index.md").read_text(encoding="utf-8")
-    trees = dict(re.findall(r"^:caption: (.*)\n:hidden:\n\n((?:[\w-]+\n)+)```", index, re.MULTILINE))
-    assert list(trees) == ["Use it", "What it rests on", "Reference"]
-    listed = " ".join(trees.values()).split()
-    assert sorted(listed) == sorted(page.stem for page in PAGES if page.stem != "index")

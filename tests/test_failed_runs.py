@@ -9,21 +9,16 @@ from paper_study import STUDY
 from printed_study import save
 
 from paper.study.figures.paper_figures import fig07
-from paper.study.figures.traces_figure import time_traces
-from paper.study.pages.verdict_page import verdict_page
-from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.settling_run import settle, settling_dataset
-from paper.study.settling_times import settling_table
+from paper.study.stored_runs import datum_dataset, failure_text
 from paper.study.text.explain import cell_text
 from pneumo.configuration.sampling import EXACT_SAMPLING
-from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, failure, record
+from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, failure, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import NO_RUN, replay
 from pneumo.statistics.averages import statistics
 from pneumo.storage.files import open_grid, read
-from pneumo.storage.grid_layout import replay_dataset
-from pneumo.storage.layout import datum_dataset, failure_text
-from pneumo.verdict.judging import verdict
+from pneumo.storage.layout import replay_dataset
 
 pytestmark = pytest.mark.xdist_group("printed")
 E06 = STUDY.experiments["E06"]._replace(steps=300)
@@ -55,19 +50,6 @@ def test_a_run_that_fails_has_status_time_and_state(name):
     assert f"failed at t = {step * E06.h:g} s: " in failure_text(datum)
 
 
-def test_a_run_that_does_not_fail_and_a_study_in_which_everything_did():
-    datum = datum_dataset(E06, record(E06))
-    assert datum["status"] == RAN
-    assert bool(datum["failure_time"].isnull())
-    assert "last_state" not in datum["status"].attrs
-    recording = record(broken("no mass"))
-    grid = replays_of(broken("no mass"), recording).drop_vars("pressure").expand_dims("experiment")
-    grid = grid.assign_coords(k_0=("experiment", [E06.plant.k_0]))
-    table = statistics(grid, STUDY.experiments_by_level)
-    assert table["experiments"].values.tolist() == [0, 0, 0, 0]
-    assert bool(table[["mse", "std", "p10", "best_n"]].isnull().all().to_array().all())
-
-
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_settling_run_that_fails_has_no_settling_times(name):
     run = settle(broken(name))
@@ -83,19 +65,6 @@ def replays_of(experiment, recording):
     lanes, index = grid_lanes(STUDY.n, 1.4)
     cells = replay(recording, lanes, EXACT_SAMPLING, experiment.pressure_stride)
     return replay_dataset(experiment, STUDY.n, index, cells)
-
-
-@pytest.mark.slow
-def test_the_page_names_a_settling_run_that_failed(printed_once, tmp_path):
-    folder = Path(shutil.copytree(printed_once, tmp_path / "results"))
-    experiment = broken("no mass")
-    parts = {"E06": settling_dataset(experiment, settle(experiment))}
-    save(parts["E06"], folder / "settling" / "E06.nc")
-    save(settling_table(parts, {"E06": 60.0}), folder / "settling.nc")
-    judged = verdict(folder, PAPER_2006)
-    assert not judged["failures"]
-    page = verdict_page(judged, PAPER_2006.folder)
-    assert "E06 has no settling times:</strong> settling run failed at t = 0.00" in page
 
 
 @pytest.fixture(scope="module")
@@ -134,16 +103,3 @@ def test_averages_leave_a_failed_run_out_and_count_the_others(folder):
     assert bool(table["best_n"].sel(experiment="E06").isnull().all())
     time = table["failure_time"]
     assert time.dropna("experiment").to_series().to_dict() == {"E06": E06.h}
-
-
-@pytest.mark.slow
-def test_page_and_figure_say_that_a_run_failed(folder):
-    judged = verdict(folder, PAPER_2006)
-    assert list(judged["failures"]) == ["E06"]
-    assert judged["highlights"]["by_experiment"] is None
-    page = verdict_page(judged, PAPER_2006.folder)
-    assert "E06 is left out of every average:</strong> full-order run failed at t = 0.001 s" in page
-    of_run = {item["status"] for item in judged["items"] if item["id"].startswith("T8.E06.")}
-    assert of_run == {"not judged"}
-    figure = time_traces(read(folder / "datum" / "E06.nc"), {}, {})
-    assert "E06: the full-order run failed at t = 0.001 s" in figure.texts[0].get_text()

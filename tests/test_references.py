@@ -21,6 +21,7 @@ ABSENT = {  # on purpose: no such file or name in a test, a file name, a file th
     "paper/manuscript/wrong.typ",
     "pneumo.egg",
     "pneumo.physics.nothing",
+    "pneumo.jobs",
     "pneumo.run",
     "pneumo.simulat",
 }

@@ -19,13 +19,6 @@ def make(folder, *arguments, **environment):
     )
 
 
-@pytest.mark.parametrize("home", ["writable", "not writable"])
-def test_uvs_cache_is_in_the_home_folder_or_where_that_cannot_be_written_in_venv(home, tmp_path):
-    folder = str(tmp_path) if home == "writable" else "/dev/null/home"
-    database = make(ROOT, "--print-data-base", "--dry-run", "help", HOME=folder).stdout
-    assert ("UV_CACHE_DIR := .venv/uv-cache" in database) == (home != "writable")
-
-
 def test_a_checkout_whose_path_setuptools_cannot_take_is_refused_at_once(tmp_path):
     folder = tmp_path / "a{}b"
     folder.mkdir()

@@ -107,7 +107,7 @@ def explain(
 def verify(results: Annotated[Path, Argument(help="folder of results")] = RESULTS) -> None:
     """Check every result, page and figure against SHA256SUMS, which the workflow writes."""
     from pneumo.errors import ResultError
-    from pneumo.storage.checksums import unlike_sums
+    from workflow.jobs.checksums import unlike_sums
 
     listed, unlike = unlike_sums(results)
     for name in unlike:

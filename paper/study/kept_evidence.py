@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pneumo.configuration.experiment import Study
-from pneumo.regular_file import regular_file
-from pneumo.storage.checksums import LARGEST_RESULT
+from pneumo.regular_file import LARGEST_RESULT, regular_file
 
 KEPT = Path(__file__).resolve().parents[1] / "evidence"
 NO_CONFIGURATION = "none: "  # begins `config_sha256` of evidence that no configuration made

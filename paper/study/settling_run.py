@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from paper.study.stored_runs import add_outcome, states_dataset
 from pneumo.configuration.experiment import Experiment
 from pneumo.errors import RunError
 from pneumo.simulation.full_order import (
@@ -20,7 +21,7 @@ from pneumo.simulation.full_order import (
     run,
     thermal_time_constant,
 )
-from pneumo.storage.layout import add_outcome, experiment_labels, states_dataset
+from pneumo.storage.layout import experiment_labels
 
 LONGEST_TRACE = 20_000  # samples of a stored trace; the settling times come from every step
 QUANTITIES = ("P_A", "P_B", "T_A", "T_B")  # rows of Table 5, in printed order

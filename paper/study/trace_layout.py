@@ -15,8 +15,7 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, Replayed, replay_in_parts
 from pneumo.simulation.signals import study_sampling
 from pneumo.storage.files import attributes, write
-from pneumo.storage.grid_layout import replay_dataset, same_at_every_n
-from pneumo.storage.layout import CHAMBERS, described, experiment_labels
+from pneumo.storage.layout import CHAMBERS, described, experiment_labels, replay_dataset, same_at_every_n
 
 INTERVALS = 240  # of a run, for which errors of every step are stored
 CLOSE_UP = 2.0  # s, from a third of the run on, in finer samples and intervals

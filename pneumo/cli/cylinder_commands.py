@@ -4,19 +4,12 @@ Modules are imported inside the functions, so that help and errors of usage are 
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from typer import Argument, Option
 
 from pneumo.cli.options import Threads, Trust, configured_study, output_to, read_configuration
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from xarray import Dataset
-
-    from pneumo.configuration.experiment import Study
 
 
 def init(
@@ -27,7 +20,7 @@ def init(
     source: Annotated[
         Path | None, Option("--from", help="copy this configuration, such as fitted.yaml of a fit")
     ] = None,
-    keys: Annotated[bool, Option("--keys", help="print every key with its unit and range instead")] = False,
+    keys: Annotated[bool, Option("--keys", help="print every key with its range instead")] = False,
     trust: Trust = False,
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""
@@ -85,10 +78,6 @@ def study(
     ] = None,
     threads: Threads = 2,
     trust: Trust = False,
-    stored: Annotated[
-        Path | None,
-        Option("--from", help="folder of a fleet's results: write the page of one --cylinder from them"),
-    ] = None,
     output: Annotated[
         Path | None, output_to("folder for study.html and study.nc [study-, with the files' names]")
     ] = None,
@@ -98,32 +87,23 @@ def study(
 ) -> None:
     """Recommend a model for your cylinder, with its error budget and what to measure next."""
     from pneumo.errors import InputError
-    from pneumo.publish.pages.study_page import check_folder
-    from pneumo.storage.files import output_folder
 
-    if stored is not None:
-        if not cylinder or len(cylinder) > 1 or files or experiment or seeds:
-            raise InputError("--from RESULTS needs one --cylinder NAME and no files, --experiment or --seeds")
-        from pneumo.selection.fleet import stored_cylinder
-
-        folder = output or Path(f"study-{cylinder[0]}")
-        context.with_resource(output_folder(folder))
-        check_folder(folder)
-        chosen, cells = stored_cylinder(stored, cylinder[0])
-        return _report(chosen, cells, folder, chosen, details=details)
     if not files:
         raise InputError("Missing argument 'files': a configuration; `pneumo init` writes one")
-    configuration = read_configuration(files, trust)  # before what takes a second to import
+    configuration = read_configuration(files, trust)  # before slow imports
     from rich.console import Console
     from rich.progress import Progress
 
     from pneumo.configuration.parameters import study as in_SI
     from pneumo.configuration.uncertain import conversion_notes, uncertainties
+    from pneumo.notebook import ModelStudy
+    from pneumo.publish.pages.study_page import check_folder
+    from pneumo.publish.text.terminal_tables import ranking_table
     from pneumo.selection.cylinder_ranking import run_study, selected, simulated_time
+    from pneumo.storage.files import output_folder
 
-    configured = in_SI(configuration)
-    configured = configured._replace(seeds=seeds or configured.seeds)
-    chosen = selected(configured, cylinder or (), experiment or ())
+    chosen = selected(in_SI(configuration), cylinder or (), experiment or ())
+    chosen = chosen._replace(seeds=seeds or chosen.seeds)
     folder = output or Path("-".join(["study", *(file.stem for file in files)]))
     context.with_resource(output_folder(folder))
     check_folder(folder)
@@ -136,35 +116,14 @@ def study(
         known = uncertainties(configuration)
         task = bar.add_task("full-order runs and replays", total=simulated_time(chosen, known))
         cells = run_study(chosen, threads, lambda seconds: bar.advance(task, seconds), known)
-    return _report(chosen, cells, folder, configured, [str(file) for file in files], details)
-
-
-def _report(
-    chosen: "Study",
-    cells: "Dataset",
-    folder: Path,
-    configured: "Study",
-    files: "Sequence[str]" = (),
-    details: bool = False,
-) -> None:
-    """Print the answers of a study, and write its page and cells; `files` hold all that is `configured`."""
-    from rich.console import Console
-
-    from pneumo.errors import InputError
-    from pneumo.publish.pages.study_page import save_study
-    from pneumo.publish.text.terminal_tables import ranking_table, study_text
-    from pneumo.selection.answer import answers, export_command
-
-    console, of_cylinders = Console(), answers(cells)
-    # With several k_0 the command names that of the first experiment: of one that was studied.
-    ordered = configured._replace(experiments={**chosen.experiments, **configured.experiments})
-    commands = [export_command(answer, ordered, files) for answer in of_cylinders]
-    typer.echo(study_text(of_cylinders, ordered, files, console.width))
-    for answer in of_cylinders if details else ():
+    result = ModelStudy(chosen, cells, configuration, [str(file) for file in files])
+    console = Console()
+    typer.echo(result.text(console.width))
+    for answer in result.answers if details else ():
         console.print(f"Known within 95 %: {answer.limits}", markup=False)
         console.print(ranking_table(answer))
-    page, stored = save_study(chosen, cells, of_cylinders, folder, commands)
-    console.print(f"{page}, {stored}: written", markup=False, soft_wrap=True)
-    for answer in of_cylinders:
+    page, cells_file = result.save(folder)
+    console.print(f"{page}, {cells_file}: written", markup=False, soft_wrap=True)
+    for answer in result.answers:
         if not answer.chosen:
             raise InputError(f"{answer.ranking.cylinder}: {answer.reason}; see {page}")

@@ -92,8 +92,7 @@ def configured_rig(
     files: list[Path] | None, cylinder: str | None, k_0: float | None, trust: bool = False
 ) -> "tuple[Plant, ValveDynamics]":
     """Plant of a configured cylinder, by default of the only one, and the dynamics of its valve."""
-    from pneumo.configuration.configured_dynamics import configured_dynamics
-    from pneumo.configuration.parameters import study
+    from pneumo.configuration.parameters import configured_dynamics, study
     from pneumo.selection.plants import configured_plant
 
     configuration = read_configuration(files, trust)

@@ -61,8 +61,7 @@ def simulate(
 
     from pneumo import runs
     from pneumo.cli.options import read_configuration
-    from pneumo.configuration.configured_dynamics import configured_dynamics
-    from pneumo.configuration.parameters import study
+    from pneumo.configuration.parameters import configured_dynamics, study
     from pneumo.configuration.uncertain import conversion_notes
     from pneumo.errors import InputError
     from pneumo.physics.valve_dynamics import PROPORTIONAL
@@ -114,14 +113,14 @@ def live(
     """
     import webbrowser
 
-    from pneumo.publish.pages.live_page import PAGE
+    from pneumo.publish.pages.page import LIVE_PAGE
     from pneumo.storage.files import write_text
 
     if output is None:
-        typer.echo(PAGE)
-        webbrowser.open(PAGE.as_uri())
+        typer.echo(LIVE_PAGE)
+        webbrowser.open(LIVE_PAGE.as_uri())
     else:
-        write_text(PAGE.read_text(encoding="utf-8"), output)
+        write_text(LIVE_PAGE.read_text(encoding="utf-8"), output)
         typer.echo(f"{output}: written")
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Cylinder
-from pneumo.physics.valve import Conditions, Gas, Valve
+from pneumo.physics.valve import Conditions, Gas, Valve, mass_flow
 
 MOST_HALVINGS = 6  # of a step that fails or is not accurate
 
@@ -19,6 +19,13 @@ class Plant(NamedTuple):
     conditions: Conditions  #: supply, surroundings and equilibrium
     cylinder: Cylinder  #: with its load
     k_0: float  #: thermal conductance of each chamber's wall at equilibrium, W/K
+
+    @property
+    def speed(self) -> float:
+        """Speed of the piston if chamber A, at rest pressure, takes all flow of the fully open valve, m/s."""
+        s = self.conditions
+        flow = mass_flow(self.valve.k_xu * self.valve.u_max, s.P_s, s.P_0, s.T_in, self.gas)
+        return flow * self.gas.R * s.T_0 / (s.P_0 * self.cylinder.A_A)
 
 
 class Drive(NamedTuple):

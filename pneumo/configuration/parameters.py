@@ -28,10 +28,11 @@ from pneumo.configuration.schema import (
 from pneumo.configuration.schema_messages import Written, error_line
 from pneumo.configuration.schema_parts import merged
 from pneumo.configuration.signal_file import read_column
-from pneumo.errors import ConfigurationError, printable
+from pneumo.errors import error_of_lines, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, exact_gas, sonic_coefficient
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 
 
 def validated(
@@ -40,20 +41,27 @@ def validated(
     """Validate a merged configuration.
 
     `sources` (name and content of each file, later ones override earlier ones) and `written` (a function that
-    finds where a field is written, if not under its path) are for the error message only.
+    finds where a field of a table is written) are for the error message only.
 
     Raises
     ------
     ConfigurationError
         With one line that names source, field, value and what is allowed.
+    BadRowsError
+        With a line for each wrong row of a table, if there are several.
     """
     try:
         return Configuration.model_validate(content)
     except ValidationError as error:
         # A misspelt key is also a missing key: report the misspelt one.
         order = {"extra_forbidden": 0, "missing": 2}
-        first = min(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
-        raise ConfigurationError(" ".join(error_line(first, sources, *written).split())) from None
+        found = sorted(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
+        firsts: dict[Any, Any] = {}
+        for e in found if written else found[:1]:  # the first of each row
+            if e["loc"][:1] == found[0]["loc"][:1]:
+                firsts.setdefault(e["loc"][:2], e)
+        lines = dict.fromkeys(" ".join(error_line(e, sources, *written).split()) for e in firsts.values())
+        raise error_of_lines(list(lines)) from None
 
 
 def load(*files: Path | str) -> Configuration:
@@ -215,50 +223,38 @@ def _valve(section: CylinderSection, gas: Gas) -> Valve:
     if not (section.valve_B or catalogue.curve or catalogue.exhaust_b):
         return valve
     # Own command of each chamber; chamber B of a valve that both share has the negative of its command.
-    of_A = _paths(catalogue, u_max)
     of_B = _paths(section.valve_B, u_max) if section.valve_B else _paths(catalogue, u_max, mirrored=True)
-    u = np.union1d(of_A.u, of_B.u)
+    sides = _paths(catalogue, u_max), of_B
+    u = np.union1d(sides[0][0], sides[1][0])
     supply, exhaust = (
-        tuple(
-            tuple(float(C) * area / k_xu for C in np.interp(u, of.u, getattr(of, path)))
-            for of in (of_A, of_B)
-        )
-        for path in ("supply", "exhaust")
+        tuple(tuple((np.interp(u, side[0], side[path]) * area / k_xu).tolist()) for side in sides)
+        for path in (1, 2)
     )
-    b = tuple(
-        (of.critical_ratio, of.exhaust_b or of.critical_ratio)
-        for of in (catalogue, section.valve_B or catalogue)
-    )
+    valves = catalogue, section.valve_B or catalogue
+    b = tuple((of.critical_ratio, of.exhaust_b or of.critical_ratio) for of in valves)
     b = () if {*b[0], *b[1]} == {gas.critical_ratio} else b
     return valve._replace(paths=Paths(len(u), tuple(u.tolist()), supply, exhaust, b))
 
 
-class _ChamberPaths(NamedTuple):
-    """Conductances of one chamber's paths, dm^3/(s bar), at knots of its own command, V."""
+def _paths(valve: ValveSection, u_max: float, mirrored: bool = False) -> tuple[np.ndarray, ...]:
+    """Commands, V, and conductances from the supply and to the exhaust, dm^3/(s bar), of one chamber.
 
-    u: np.ndarray
-    supply: np.ndarray
-    exhaust: np.ndarray
-
-
-def _paths(valve: ValveSection, u_max: float, mirrored: bool = False) -> _ChamberPaths:
-    """Paths of chamber A or, `mirrored`, those of chamber B behind the same valve."""
+    Of chamber A over its own command or, `mirrored`, of chamber B behind the same valve.
+    """
     curve, ratio = valve.curve, valve.exhaust_ratio
     if curve is None:
-        u, C = np.array([-u_max, 0.0, u_max]), np.array([valve.largest_C, 0.0, valve.largest_C])
+        u, C = np.array([0.0, u_max]), np.array([0.0, valve.largest_C])
     else:
         u, C = np.array(curve.u_V), np.array(curve.C_dm3_per_sbar)
         if curve.exhaust_C_dm3_per_sbar is not None:  # over the own command of either chamber
-            return _ChamberPaths(u, C, np.array(curve.exhaust_C_dm3_per_sbar))
-        if u[0] >= 0:
-            u, C = (
-                np.append(-u[:0:-1] if u[0] == 0 else -u[::-1], u),
-                np.append(C[:0:-1] if u[0] == 0 else C[::-1], C),
-            )
+            return u, C, np.array(curve.exhaust_C_dm3_per_sbar)
+    if u[0] >= 0:  # holds for both signs
+        u, of = np.unique([*u, *-u], return_index=True)
+        C = np.tile(C, 2)[of]
     null = u[C == 0].mean()  # to either side, the valve is open the one way or the other
     if mirrored:
         u, C, null = -u[::-1], C[::-1], -null
-    return _ChamberPaths(u, np.where(u > null, C, 0.0), ratio * np.where(u < null, C, 0.0))
+    return u, np.where(u > null, C, 0.0), ratio * np.where(u < null, C, 0.0)
 
 
 def _cylinder(s: CylinderSection, P_atm: float) -> Cylinder:
@@ -353,6 +349,14 @@ def plant_of(c: Configuration, name: str) -> Plant:
     conditions = Conditions(P_s, P_atm, c.supply.T_in_K, c.supply.T_amb_K, P_0, c.supply.T_amb_K)
     cylinder = _cylinder(s, P_atm)
     return Plant(gas, _valve(s, gas), conditions, cylinder, _k_0(e, cylinder))
+
+
+def configured_dynamics(configuration: Configuration, cylinder: str) -> ValveDynamics:
+    """Dynamics of a cylinder's valve; without such a section, a valve that follows its command at once."""
+    section = configuration.cylinders[cylinder].valve_dynamics
+    if section is None:
+        return PROPORTIONAL
+    return ValveDynamics(section.lag_s, section.dead_time_s, section.null_V, section.dead_band_V)
 
 
 def _experiment(c: Configuration, name: str) -> Experiment:

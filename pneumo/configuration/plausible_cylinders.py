@@ -4,7 +4,7 @@ In such a configuration each number is in its own range, but together they descr
 depends on this module: it only refuses configurations, and `--trust` skips it.
 """
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterator
 from math import inf, radians, sin
 from typing import Any, NamedTuple
 
@@ -12,8 +12,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import STANDARD_GRAVITY, Sources, plant_of
 from pneumo.configuration.schema import Configuration, CylinderSection
 from pneumo.configuration.schema_messages import error_line
-from pneumo.errors import BadRowsError, ConfigurationError
-from pneumo.physics.valve import mass_flow
+from pneumo.errors import error_of_lines
 
 LEAST_MM = 1.0  # bore and stroke; the smallest of catalogues have 2.5 mm
 ATMOSPHERE = (3e4, 1.2e5)  # Pa: on the highest mountain, and in a deep mine
@@ -21,7 +20,6 @@ FASTEST = 30.0  # m/s with the valve fully open: ten times the speed of fast pne
 SLOWEST = 1000.0  # s for a stroke
 MOST_DEAD = 20.0  # volumes of a stroke, which then changes the pressure by 5 %
 LEAST_ACCELERATION = 0.2  # m/s² of the mass by the air alone; axes reach 1 to 50
-MOST_VOLTS = 10.0  # times u_max_V; a Gaussian command and levels above 1 exceed it too
 REMEDY = "correct it, or accept it with --trust (snakemake: --config trust=true)"
 
 Path = tuple[Any, ...]
@@ -48,21 +46,14 @@ def implausible(configuration: Configuration) -> Iterator[Implausible]:
         return
     c = configuration
     chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
-    of_cylinders: dict[str, list[str]] = {}
-    for name in chosen:
-        of_cylinders.setdefault(c.experiments[name].cylinder, []).append(name)
-    for cylinder, names in of_cylinders.items():
-        loops = {c.experiments[name].loop for name in names}
-        for path, value, reason in _of_cylinder(c.cylinders[cylinder], plant_of(c, names[-1]), loops):
+    for cylinder, name in {c.experiments[name].cylinder: name for name in chosen}.items():
+        for path, value, reason in _of_cylinder(c.cylinders[cylinder], plant_of(c, name)):
             yield Implausible(("cylinders", cylinder, *path), value, reason)
             break
 
 
-def _of_cylinder(section: CylinderSection, plant: Plant, loops: Set[str]) -> Iterator[Implausible]:
-    """Yield implausible values in a cylinder's section; their paths are relative to the section.
-
-    Signals are judged in the `loops`, open and closed, of its experiments.
-    """
+def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible]:
+    """Yield implausible values in a cylinder's section; their paths are relative to the section."""
     for key in ("bore_mm", "stroke_mm"):
         value = getattr(section, key)
         if value < LEAST_MM:
@@ -85,8 +76,7 @@ def _of_cylinder(section: CylinderSection, plant: Plant, loops: Set[str]) -> Ite
             reason += "; is it a weight? then mass_kg and incline_deg"
         yield Implausible((key,), getattr(section, key), reason)
         return
-    flow = mass_flow(plant.valve.k_xu * plant.valve.u_max, s.P_s, s.P_0, s.T_in, plant.gas)
-    speed = flow * plant.gas.R * s.T_0 / (s.P_0 * c.A_A)  # of a chamber at rest pressure that takes it all
+    speed = plant.speed
     opening: tuple[Path, float] = (("k_x_k_u_m2_per_V",), section.k_x_k_u_m2_per_V or 0.0)
     if section.valve is not None:
         key, value = section.valve.flow_as_given
@@ -103,12 +93,6 @@ def _of_cylinder(section: CylinderSection, plant: Plant, loops: Set[str]) -> Ite
     if needed[slowest] > SLOWEST:
         reason = f"a stroke takes {needed[slowest]:.3g} s, more than {SLOWEST:g} s: the piston cannot move"
         yield Implausible(*slowest, reason)
-    yield from _too_large(section, plant, loops)
-
-
-def _too_large(section: CylinderSection, plant: Plant, loops: Set[str]) -> Iterator[Implausible]:
-    """Yield dead volumes, a mass and amplitudes that are far too large for the cylinder."""
-    c, s = plant.cylinder, plant.conditions
     swept, air = c.A_A * c.stroke, min(c.A_A, c.A_B) * (s.P_s - s.P_atm)
     for key in ("dead_volume_m3", "dead_volume_B_m3"):
         volume = getattr(section, key) or 0.0
@@ -118,67 +102,22 @@ def _too_large(section: CylinderSection, plant: Plant, loops: Set[str]) -> Itera
     if air < LEAST_ACCELERATION * c.M:
         reason = f"the air, {air:.3g} N, accelerates it by {air / c.M:.3g} m/s² at most; is it in grams?"
         yield Implausible(("mass_kg",), section.mass_kg, reason)
-    opened, closed = section.open_loop, section.closed_loop
-    if "open" in loops and opened and opened.amplitude_V > MOST_VOLTS * section.u_max_V:
-        reason = f"more than {MOST_VOLTS:g} times u_max_V = {section.u_max_V:g}; is it in mV?"
-        yield Implausible(("open_loop", "amplitude_V"), opened.amplitude_V, reason)
-    if "closed" in loops and closed:
-        key = "variance_m2" if closed.amplitude_mm is None else "amplitude_mm"
-        mm = 1e3 * (closed.variance_m2 or 0.0) ** 0.5 if closed.amplitude_mm is None else closed.amplitude_mm
-        if mm > section.stroke_mm:  # half of it is all that x has to either side; levels may be below 1
-            reason = f"an amplitude of {mm:.4g} mm exceeds the stroke, {section.stroke_mm:g} mm"
-            yield Implausible(("closed_loop", key), getattr(closed, key), reason)
 
 
 def checked(sources: Sources, *, trust: bool = False) -> Configuration:
-    """Validate a configuration; unless `trust` is true, also refuse `implausible` values.
-
-    Raises
-    ------
-    ConfigurationError
-        With one line, as `Sources.validated`.
-    BadRowsError
-        With a line for each wrong row of its table, if there are several.
-    """
-    try:
-        configuration = sources.validated()
-    except ConfigurationError:
-        lines = _bad_rows(sources)
-        if len(lines) < 2:  # what is wrong is not in the rows, or in one only
-            raise
-        raise BadRowsError(lines) from None
-    lines = [] if trust else [_line(problem, sources) for problem in implausible(configuration)]
-    if len(lines) > 1 and sources.table is not None:
-        raise BadRowsError(lines)
-    if lines:
-        raise ConfigurationError(lines[0])
+    """Validate a configuration, as `Sources.validated`; unless `trust`, also refuse `implausible` values."""
+    configuration = sources.validated()
+    if not trust and (lines := [_line(problem, sources) for problem in implausible(configuration)]):
+        raise error_of_lines(lines if sources.table else lines[:1])
     return configuration
 
 
 def _line(problem: Implausible, sources: Sources) -> str:
     """Error message for an implausible value, with the file in which it is written."""
-    context = {
-        "value": problem.value,
-        "condition": problem.reason,
-        "fields": [problem.path],
-        "remedy": REMEDY,
-    }
-    error = {"type": "conflict", "loc": (), "input": problem.value, "ctx": context}
-    table, experiments = sources.table, sources.content.get("experiments") or ()
+    path, value, reason = problem
+    context = {"value": value, "condition": reason, "fields": [path], "remedy": REMEDY}
+    error, table = {"type": "conflict", "loc": (), "input": value, "ctx": context}, sources.table
     if table is None:
         return error_line(error, sources.parts)
+    experiments = sources.content.get("experiments") or ()
     return error_line(error, [*sources.parts, table.source], lambda path: table.written(path, experiments))
-
-
-def _bad_rows(sources: Sources) -> list[str]:
-    """Error messages, one for each wrong row of the table of cylinders; empty without a table."""
-    table = sources.table
-    if table is None:
-        return []
-    lines: dict[str, None] = {}  # each once: what is wrong in every row is the configuration's mistake
-    for name in table.rows:
-        try:
-            sources._replace(table=table.part([name])).validated()
-        except ConfigurationError as error:
-            lines[str(error)] = None
-    return list(lines)

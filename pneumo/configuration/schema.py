@@ -4,12 +4,10 @@ Keys name their unit (bore_mm); `pneumo.configuration.parameters` converts to SI
 """
 
 import itertools
-import unicodedata
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from pneumo.catalogue import measured_cylinders
 from pneumo.configuration.conductance import CONVERSIONS, USUAL_B, conductance
@@ -24,7 +22,6 @@ from pneumo.configuration.schema_parts import (
     Number,
     Seconds,
     Section,
-    Uncertainty,
     conflict,
     key_of,
     listed,
@@ -36,6 +33,11 @@ Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
 Unknown = BeforeValidator(lambda value: None if value == "unknown" else value)
 MOST_KNOTS = 30  # of a curve; both chambers' fit into the core's table
 LONGEST = 20_000_000  # steps of a run: 1 GB of states
+
+
+def optional_key(meaning: str, **limits: Any) -> Any:
+    """Key that is left out of the hash if it is not given: older configurations keep their hash."""
+    return key_of(meaning, None, exclude_if=lambda value: value is None, **limits)
 
 
 class GasSection(Section):
@@ -186,15 +188,15 @@ class CurveSection(Section):
 
 
 def _figure(meaning: str, largest: float) -> Any:
-    """Key for a figure of `CONVERSIONS` other than C, which is left out of the hash if it is not given."""
-    return key_of(meaning, None, uncertain=True, exclude_if=lambda value: value is None, gt=0, le=largest)
+    """Key for a figure of `CONVERSIONS` other than C."""
+    return optional_key(meaning, uncertain=True, gt=0, le=largest)
 
 
 class ValveSection(Section):
     """A valve by its catalogue: flow by ISO 6358, conductance C and critical ratio b at full opening.
 
-    Another figure of a catalogue is converted: the section then has the C that belongs to it. Conductances
-    are those with air, whatever the gas: the valve keeps its area.
+    Another figure of a catalogue is converted. Conductances are those with air, whatever the gas: the valve
+    keeps its area.
     """
 
     C_dm3_per_sbar: Number | None = key_of(
@@ -220,49 +222,17 @@ class ValveSection(Section):
     exhaust_ratio: Number = key_of(
         "C from chamber to exhaust over that from supply to it", 1.0, gt=0, le=10, uncertain=True
     )
-    exhaust_b: Fraction | None = key_of(
-        "critical ratio of the path to the exhaust, if it differs",
-        None,
-        exclude_if=lambda value: value is None,
-    )
-    curve: CurveSection | None = key_of(
-        "instead of C: a table over the command", None, exclude_if=lambda value: value is None
-    )
+    exhaust_b: Fraction | None = optional_key("critical ratio of the path to the exhaust, if it differs")
+    curve: CurveSection | None = optional_key("instead of C: a table over the command")
     leak_dm3_per_sbar: Number = key_of("sonic conductance of each closed path", 0.0, ge=0, le=100)
-    _given: tuple[str, float] | None = PrivateAttr(None)
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _with_conductance(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        section = handler(value)
-        C, *others = CONVERSIONS
-        given = [key for key in CONVERSIONS if getattr(section, key) is not None]
-        if section.curve and not given:
-            if section.curve.exhaust_C_dm3_per_sbar and section.exhaust_ratio != 1:
-                condition = "conflicts with curve.exhaust_C_dm3_per_sbar; give only one"
-                raise conflict(section.exhaust_ratio, condition, ("exhaust_ratio",), ("curve",))
-            return section
-        if section.curve:
-            value = getattr(section, given[0])
-            raise conflict(value, "conflicts with curve; give only one", (given[0],), ("curve",))
-        if not given:
-            raise conflict(None, f"or give {', '.join(others)}", (C,))
-        if len(given) > 1:
-            value = getattr(section, given[0])
-            raise conflict(value, f"conflicts with {given[1]}; give only one", (given[0],), (given[1],))
-        if given == [C]:
-            return section
-        figure = given[0], getattr(section, given[0])
-        rest = section.model_dump(exclude_unset=True, exclude={*CONVERSIONS})
-        converted = cls(C_dm3_per_sbar=conductance(*figure, section.critical_ratio), **rest)
-        converted._given = figure
-        converted._keep(section._uncertainties)
-        return converted
-
-    def _keep(self, found: Mapping[str, Uncertainty]) -> None:
-        super()._keep(found)
-        if self._given and (within := self.flow_within) is not None:
-            self._uncertainties["C_dm3_per_sbar"] = Uncertainty(100 * within, "%")
+    @model_validator(mode="after")
+    def _one_flow(self) -> Self:
+        self.exactly_one(*CONVERSIONS, "curve")
+        if self.curve and self.curve.exhaust_C_dm3_per_sbar and self.exhaust_ratio != 1:
+            condition = "conflicts with curve.exhaust_C_dm3_per_sbar; give only one"
+            raise conflict(self.exhaust_ratio, condition, ("exhaust_ratio",), ("curve",))
+        return self
 
     @property
     def critical_ratio(self) -> float:
@@ -271,25 +241,15 @@ class ValveSection(Section):
 
     @property
     def flow_as_given(self) -> tuple[str, float]:
-        """Key and value by which the configuration gives the flow."""
-        if self._given is not None:
-            return self._given
-        return "C_dm3_per_sbar", self.largest_C
-
-    @property
-    def flow_within(self) -> float | None:
-        """Relative uncertainty of the flow as given; None if the configuration has none."""
-        key, value = self.flow_as_given
-        given = self._uncertainties.get(key)
-        return None if given is None else given.half_width / (100 if given.percent else value)
+        """Key and value by which the configuration gives the flow; of a curve, the largest C."""
+        if self.curve:
+            return "C_dm3_per_sbar", max(self.curve.C_dm3_per_sbar)
+        return next((key, value) for key in CONVERSIONS if (value := getattr(self, key)) is not None)
 
     @property
     def largest_C(self) -> float:
         """C of the path from the supply where it is fully open, dm^3/(s bar)."""
-        if self.curve:
-            return max(self.curve.C_dm3_per_sbar)
-        assert self.C_dm3_per_sbar is not None
-        return self.C_dm3_per_sbar
+        return conductance(*self.flow_as_given, self.critical_ratio)
 
 
 class ValveDynamicsSection(Section):
@@ -338,14 +298,8 @@ class CylinderSection(Section):
         le=1,
         uncertain=True,
     )
-    # Left out of the hash if not given: older configurations keep their hash.
-    dead_volume_B_m3: Number | None = key_of(
-        "dead volume of chamber B, if it differs from that of A",
-        None,
-        exclude_if=lambda value: value is None,
-        gt=0,
-        le=1,
-        uncertain=True,
+    dead_volume_B_m3: Number | None = optional_key(
+        "dead volume of chamber B, if it differs from that of A", gt=0, le=1, uncertain=True
     )
     mass_kg: Number = key_of("moving mass M with load", gt=0, le=1e5)
     friction_Ns_per_m: Number = key_of("viscous friction coefficient k_f", ge=0, le=1e6)
@@ -360,18 +314,12 @@ class CylinderSection(Section):
         uncertain=True,
     )
     valve: ValveSection | None = key_of("a valve by its catalogue", None)
-    valve_B: ValveSection | None = key_of(
-        "valve of chamber B, or the paths of B, where they differ; its command is positive from the supply",
-        None,
-        exclude_if=lambda value: value is None,
+    valve_B: ValveSection | None = optional_key(
+        "valve of chamber B, or the paths of B, where they differ; its command is positive from the supply"
     )
     u_max_V: Number = key_of("limit of the command", gt=0, le=1000)
-    valve_dynamics: ValveDynamicsSection | None = key_of(
-        "how the valve follows its command", None, exclude_if=lambda value: value is None
-    )
-    fitted: FittedSection | None = key_of(
-        "what a fit found, as `pneumo fit` writes it", None, exclude_if=lambda value: value is None
-    )
+    valve_dynamics: ValveDynamicsSection | None = optional_key("how the valve follows its command")
+    fitted: FittedSection | None = optional_key("what a fit found, as `pneumo fit` writes it")
     seed: Count = key_of("seed of the Random Number block", ge=0, lt=2**32)
     sample_time_s: Number = key_of("time between draws", gt=0, le=1000)
     open_loop: OpenLoopSection | None = key_of("for experiments in open loop", None)
@@ -380,24 +328,17 @@ class CylinderSection(Section):
 
     @model_validator(mode="after")
     def _one_valve_and_parts_that_fit(self) -> Self:
-        self.exactly_one("k_x_k_u_m2_per_V", "valve", "the section valve")
+        self.exactly_one("k_x_k_u_m2_per_V", "valve")
         if self.valve_B and not self.valve:
             raise conflict(None, "needed beside valve_B", ("valve",))
-        if self.valve_B and self.valve_B.leak_dm3_per_sbar != (
-            self.valve.leak_dm3_per_sbar if self.valve else 0
-        ):
-            condition = "must be that of the section valve"
-            raise conflict(
-                self.valve_B.leak_dm3_per_sbar, condition, ("valve_B", "leak_dm3_per_sbar"), ("valve",)
-            )
-        if self.rod_mm >= self.bore_mm and self.bore_mm < 1:
+        if self.valve_B and self.valve and self.valve_B.leak_dm3_per_sbar != self.valve.leak_dm3_per_sbar:
+            where, condition = ("valve_B", "leak_dm3_per_sbar"), "must be that of the section valve"
+            raise conflict(self.valve_B.leak_dm3_per_sbar, condition, where, ("valve",))
+        if self.rod_mm >= self.bore_mm:
             condition = f"must exceed rod_mm = {self.rod_mm:g}"
             raise conflict(self.bore_mm, condition, ("bore_mm",), ("rod_mm",))
-        if self.rod_mm >= self.bore_mm:
-            condition = f"must be below bore_mm = {self.bore_mm:g}"
-            raise conflict(self.rod_mm, condition, ("rod_mm",), ("bore_mm",))
         if self.settling and self.settling.stop_mm <= -self.stroke_mm / 2:
-            condition = f"must lie inside the half-stroke, above {-self.stroke_mm / 2:g},"
+            condition = f"must lie inside the half-stroke, above {-self.stroke_mm / 2:g}"
             raise conflict(self.settling.stop_mm, condition, ("settling", "stop_mm"), ("stroke_mm",))
         if (dynamics := self.valve_dynamics) and abs(dynamics.null_V) + dynamics.dead_band_V >= self.u_max_V:
             condition = f"with dead_band_V = {dynamics.dead_band_V:g} must be below {self.u_max_V:g}"
@@ -471,8 +412,7 @@ class ExperimentSection(Section):
 
     @model_validator(mode="after")
     def _one_conductance(self) -> Self:
-        keys = ("k_0_W_per_K", "lambda_0_W_per_m2K")  # the error names the first if both are missing
-        self.exactly_one(*(keys if self.k_0_W_per_K is None else keys[::-1]))
+        self.exactly_one("k_0_W_per_K", "lambda_0_W_per_m2K")
         return self
 
 
@@ -499,11 +439,6 @@ class RunSection(Section):
     block_size: Count = key_of("table of cylinders: cylinders in one job of the workflow", 50, ge=1, le=10**6)
 
 
-def look(name: str) -> str:
-    """Text that is the same for names that differ by case or by look only."""
-    return unicodedata.normalize("NFKC", name).casefold()
-
-
 class Configuration(Section):
     """The whole configuration of a study."""
 
@@ -524,35 +459,20 @@ class Configuration(Section):
     most_halvings: Count = key_of(
         "how often a step that fails or is not accurate is halved", MOST_HALVINGS, ge=0, le=MOST_HALVINGS
     )
-    percentile_rule: Literal[
-        "linear",
-        "hazen",
-        "weibull",
-        "median_unbiased",
-        "normal_unbiased",
-        "inverted_cdf",
-        "averaged_inverted_cdf",
-        "closest_observation",
-        "interpolated_inverted_cdf",
-    ] = key_of(
+    percentile_rule: Literal["linear", "hazen"] = key_of(
         "how percentiles over experiments are interpolated, by NumPy's names; linear is a spreadsheet's",
         "linear",
     )
     run: RunSection = RunSection()
-    sensors: SensorsSection | None = key_of(
-        "how accurately sensors are known, for pneumo fit", None, exclude_if=lambda value: value is None
-    )
+    sensors: SensorsSection | None = optional_key("how accurately sensors are known, for pneumo fit")
 
     @model_validator(mode="after")
-    def _names_can_be_told_apart(self) -> Self:
+    def _names_differ_by_more_than_case(self) -> Self:
         for section in ("cylinders", "experiments", "levels"):
-            by_look: dict[str, str] = {}
+            names: dict[str, str] = {}
             for name in getattr(self, section):
-                if not all(c.isalnum() or c in "_-" for c in name):
-                    raise conflict(name, "contains a character that cannot be seen", (section, name))
-                other = by_look.setdefault(look(name), name)
-                if other != name:
-                    raise conflict(name, f"differs from {other} by case or look only", (section, name))
+                if (other := names.setdefault(name.lower(), name)) != name:
+                    raise conflict(name, f"differs from {other} by case only", (section, name))
         return self
 
     @model_validator(mode="after")

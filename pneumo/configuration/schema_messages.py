@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
+from math import inf
 from typing import Any
 
 from pneumo.configuration.schema import SCHEMA
@@ -10,8 +11,15 @@ from pneumo.errors import printable, shown
 
 PATTERNS = {
     r"^[\w-]{1,40}$": "of at most 40 letters, digits, _ and -",
-    r"^[A-Za-z][\w-]{0,39}$": "of at most 40 letters, digits, _ and -, a letter first",
+    r"^[A-Za-z][A-Za-z0-9_-]{0,39}$": "of at most 40 letters a to z, digits, _ and -, a letter first",
 }
+HINTS = (  # keys, between which values of them, what the cause may be
+    (("T_amb_K", "T_in_K"), -60, 150, "is it in degC?"),
+    (("bore_mm", "stroke_mm"), 0, 1, "is it in metres?"),
+    (("P_s_Pa",), 0, 100, "is it in bar?"),
+    (("C_dm3_per_sbar",), 19, inf, "is this a nominal flow in l/min? then Q_n_l_per_min"),
+    (("C_m3_per_sPa",), 1e-5, inf, "is this in dm3/(s bar)? then C_dm3_per_sbar"),
+)
 DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
 BOUNDS = (
     ("greater than", "gt", "exclusiveMinimum"),
@@ -85,19 +93,9 @@ def _hint(key: Any, value: Any) -> str:
     """Likely cause of a wrong value, as a question or a remedy; empty if none is known."""
     if isinstance(value, str):
         return "decimal point, not comma" if DECIMAL_COMMA.fullmatch(value.strip()) else ""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isinstance(key, str):
+    if isinstance(value, bool) or not isinstance(value, int | float):
         return ""
-    if key in ("T_amb_K", "T_in_K") and -60 <= value < 150:
-        return "is it in degC?"
-    if key in ("bore_mm", "stroke_mm") and 0 < value < 1:
-        return "is it in metres?"
-    if key == "P_s_Pa" and 0 < value < 100:
-        return "is it in bar?"
-    if key == "C_dm3_per_sbar" and value >= 20:
-        return "is this a nominal flow in l/min? then Q_n_l_per_min"
-    if key == "C_m3_per_sPa" and value > 1e-5:
-        return "is this in dm3/(s bar)? then C_dm3_per_sbar"
-    return ""
+    return next((words for keys, low, high, words in HINTS if key in keys and low < value < high), "")
 
 
 Written = Callable[[tuple[Any, ...]], tuple[tuple[Any, ...], str]]
@@ -118,12 +116,9 @@ def error_line(
     if error["type"] == "conflict":
         value, text = error["ctx"]["value"], error["ctx"]["condition"]
         paths = [path + field for field in error["ctx"]["fields"]]
-        path, limits = paths[0], f"be {allowed(schema_at(paths[0])[1])}"
-        missing = value is None
+        path, missing = paths[0], value is None
         if missing:
-            text = f"must {limits}; {text}"
-        elif isinstance(value, float) and text.startswith("must"):
-            text += f" and {limits}"
+            text = f"must be {allowed(schema_at(path)[1])}; {text}"
     elif error["type"] in ("extra_forbidden", "invalid_key"):
         known = node["properties"]
         near = get_close_matches(str(error["loc"][-1]), known, 1)

@@ -36,7 +36,7 @@ Seconds = Annotated[Number, Field(gt=0, le=1e5)]
 Frequency = Annotated[Number, Field(gt=0, le=1e4)]
 Level = Annotated[Number, Field(ge=-100, le=100)]
 Conductance = Annotated[Number, Field(ge=0, le=1e4)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,39}$")]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,39}$")]
 Count = Annotated[int, BeforeValidator(_number)]
 
 
@@ -84,12 +84,6 @@ def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, An
 
 UNCERTAIN = re.compile(rf"({NUMBER.pattern})\s*(?:±|\+-|\+/-)\s*({NUMBER.pattern})\s*(%?)")
 MOST_PERCENT = 1e4
-REPLACED = {  # keys of earlier versions, and what to write instead
-    "accuracy": "write b: 0.3 ± 0.1, P_s_Pa: 700000 ± 2 % and so on, and what remains in the section sensors",
-    "valve_within_percent": "write it in the valve's own key, as in C_dm3_per_sbar: 1.5 ± 3 %",
-    "dead_volumes_within_percent": "write dead_volume_m3: 4.0e-6 ± 20 %",
-    "k_0_factor": "write it in the experiments, as in k_0_W_per_K: 0.3 ± 100 %, which is × or ÷ 2",
-}
 
 
 class Uncertainty(NamedTuple):
@@ -115,8 +109,6 @@ class Section(BaseModel):
             return handler(value)
         numbers, found = dict(value), dict[str, Uncertainty]()
         for key, given in value.items():
-            if key in REPLACED and key not in cls.model_fields:
-                raise conflict(given, f"no longer a key: {REPLACED[key]}", (key,))
             extra = cls.model_fields[key].json_schema_extra if key in cls.model_fields else None
             match = UNCERTAIN.fullmatch(given.strip()) if extra and isinstance(given, str) else None
             if match is None:
@@ -126,11 +118,8 @@ class Section(BaseModel):
                 raise conflict(given, f"the uncertainty must be 0 to {MOST_PERCENT:g} %", (key,))
             found[key] = Uncertainty(half_width, percent)
         section = handler(numbers)
-        section._keep(found)
+        section._uncertainties.update(found)
         return section
-
-    def _keep(self, found: Mapping[str, Uncertainty]) -> None:
-        self._uncertainties.update(found)
 
     @model_serializer(mode="wrap")
     def _with_uncertainties(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -148,9 +137,11 @@ class Section(BaseModel):
         half_width = given.half_width * (abs(value) / 100 if given.percent else 1)
         return half_width / abs(value) if relative else half_width
 
-    def exactly_one(self, key: str, other: str, other_in_words: str = "") -> None:
-        """Raise an error if a section has neither or both of two keys."""
-        value, words = getattr(self, key), other_in_words or other
-        if (value is None) == (getattr(self, other) is None):
-            condition = f"or give {words}" if value is None else f"conflicts with {words}; give only one"
-            raise conflict(value, condition, (key,), (other,))
+    def exactly_one(self, *keys: str) -> None:
+        """Raise an error if a section has none of some keys, or more than one."""
+        given = [key for key in keys if getattr(self, key) is not None]
+        if not given:
+            raise conflict(None, f"or give {', '.join(keys[1:])}", keys[:1])
+        if len(given) > 1:
+            condition = f"conflicts with {given[1]}; give only one"
+            raise conflict(getattr(self, given[0]), condition, (given[0],), (given[1],))

@@ -1,6 +1,5 @@
 """config/README.md from the schema: ``python -m pneumo.configuration.schema_readme > config/README.md``."""
 
-import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -18,26 +17,6 @@ anything runs.
 
 Written by `python -m pneumo.configuration.schema_readme`; do not edit.
 """
-
-UNITS = {
-    **{"J": "J", "K": "K", "N": "N", "Ns": "N s", "Pa": "Pa", "V": "V", "W": "W", "kg": "kg", "kgK": "kg K"},
-    **{"m": "m", "m2": "m²", "m3": "m³", "mm": "mm", "s": "s", "Hz": "Hz", "deg": "°"},
-    **{"dm3": "dm³", "sbar": "s bar", "m2K": "m² K", "l": "l", "min": "min", "h": "h", "mm2": "mm²"},
-    **{"sPa": "s Pa", "minbar": "min bar"},
-}
-_UNIT = "|".join(sorted(UNITS, key=len, reverse=True))
-_SUFFIX = re.compile(rf"_(?:({_UNIT})_per_({_UNIT})|(?<!_per_P_)({_UNIT}))$")  # P_0_per_P_s is a ratio
-
-
-def unit(key: str) -> str:
-    """Unit that a key's suffix names, such as mm for bore_mm; empty if none."""
-    suffix = _SUFFIX.search(key)
-    if suffix is None:
-        return ""
-    over, under, whole = suffix.groups()
-    if whole:
-        return UNITS[whole]
-    return f"{UNITS[over]}/({UNITS[under]})" if " " in UNITS[under] else f"{UNITS[over]}/{UNITS[under]}"
 
 
 def _sections(
@@ -61,7 +40,7 @@ def _row(section: Mapping[str, Any], key: str, field: Mapping[str, Any]) -> str:
     meaning = field.get("description") or resolved(field)["description"].rstrip(".")
     limits += ", also with ± and its uncertainty" if field.get("uncertain") else ""
     optional = "" if key in section.get("required", ()) else " (optional)"
-    return f"| `{key}` | {unit(key)} | {limits} | {meaning}{optional} |"
+    return f"| `{key}` | {limits} | {meaning}{optional} |"
 
 
 def readme() -> str:
@@ -74,7 +53,7 @@ def readme() -> str:
             lines += [f"Keys as in `{first}`.", ""]
             continue
         lines += [section["description"], ""]
-        lines += ["| key | unit | allowed | meaning |", "|---|---|---|---|"]
+        lines += ["| key | allowed | meaning |", "|---|---|---|"]
         lines += [_row(section, key, field) for key, field in fields] + [""]
     return "\n".join(lines).rstrip() + "\n"
 

@@ -1,15 +1,18 @@
-"""Text files that a user names: read up to a size; CSV files split into fields."""
+"""Text files that a user names: read up to a size; CSV files split into cells."""
 
-import csv
 import re
+from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pneumo.errors import ConfigurationError, printable
 from pneumo.regular_file import regular_file
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")  # as YAML 1.2 and CSV have it
-csv.field_size_limit(100_000_000)  # the largest file read here
+LARGEST_CSV = 100_000_000  # bytes; a table of ten thousand cylinders has one or two million
 
 
 def read_text(file: Path, largest: int, named: str) -> str:
@@ -25,7 +28,23 @@ def read_text(file: Path, largest: int, named: str) -> str:
         raise ConfigurationError(f"{named}: cannot be read: {printable(reason, 300)}") from None
 
 
-def csv_rows(text: str) -> Any:
-    """Reader of the rows of a CSV text, whose first line decides the separator: comma, semicolon or tab."""
-    lines = text.splitlines()
-    return csv.reader(lines, delimiter=max(",;\t", key=(lines[0] if lines else "").count))
+def read_csv(file: Path, named: str) -> "pd.DataFrame":
+    """Cells of a CSV file as text without blanks at their ends; the first row names the columns.
+
+    Commas, semicolons or tabs between columns, whichever the first row has most of. An empty line is a row
+    of empty cells. `named` is the file's name in the message of a `ConfigurationError`.
+    """
+    import pandas as pd  # a third of a second
+
+    text = read_text(file, LARGEST_CSV, named)
+    delimiter = max(",;\t", key=text.partition("\n")[0].count)
+    try:
+        cells = pd.read_csv(
+            StringIO(text), sep=delimiter, header=None, dtype=object, na_filter=False, skip_blank_lines=False
+        )
+    except pd.errors.EmptyDataError:
+        cells = pd.DataFrame([[""]], dtype=object)
+    except pd.errors.ParserError as error:
+        raise ConfigurationError(f"{named}: {printable(str(error).strip(), 300)}") from None
+    stripped: Any = cells.apply(lambda column: column.str.strip())
+    return stripped[1:].set_axis(stripped.iloc[0].tolist(), axis="columns")

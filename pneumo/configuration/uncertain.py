@@ -147,8 +147,8 @@ def _limits(configuration: Configuration, cylinder: str) -> dict[str, float]:
     """Half-width of the 95 % interval of each quantity; of its logarithm for a factor."""
     section, known = configuration.cylinders[cylinder], accuracy(configuration, cylinder=cylinder)
     valve = section.valve
-    flow = valve.flow_within if valve else section.uncertainty("k_x_k_u_m2_per_V", relative=True)
-    rule = CONVERSIONS[valve.flow_as_given[0]].within if valve else 0.0
+    where, key = (valve, valve.flow_as_given[0]) if valve else (section, "k_x_k_u_m2_per_V")
+    flow, rule = where.uncertainty(key, relative=True), CONVERSIONS[key].within if valve else 0.0
     limits = {"C": log1p((CATALOGUE_FLOW**2 + rule**2) ** 0.5 if flow is None else flow)}
     if valve:
         limits["b"] = B_UNKNOWN if valve.b is None else known.b
@@ -192,7 +192,7 @@ def conversion_notes(configuration: Configuration) -> list[str]:
         rule = CONVERSIONS[key]
         if key != "C_dm3_per_sbar":
             within = f", within {100 * rule.within:.0f} %" if rule.within else ""
-            C = section.valve.C_dm3_per_sbar
+            C = section.valve.largest_C
             notes.append(f"{name}: {key} = {value:g} is C = {C:.4g} dm3/(s bar): {rule.rule}{within}")
         if section.valve.b is None:
             notes.append(f"{name}: b is unknown: {USUAL_B} assumed; pneumo study takes 0.15 to 0.45")

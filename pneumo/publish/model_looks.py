@@ -21,14 +21,6 @@ class Look(NamedTuple):
         """Keywords for `Axes.plot`: the curve without markers."""
         return {"color": self.color, "linestyle": self.linestyle}
 
-    def points(self) -> dict[str, Any]:
-        """Keywords for `Axes.plot`: the curve with open markers."""
-        return self.line() | {
-            "marker": self.marker,
-            "markerfacecolor": "white",
-            "markeredgecolor": self.color,
-        }
-
 
 _DASH = (0, (5.0, 1.6))
 _DOT = (0, (1.2, 1.2))
@@ -93,15 +85,3 @@ def colours() -> dict[str, tuple[str, str]]:
     """Colours of each model, and of the full order, on light and on dark ground."""
     looks = MODEL_LOOKS | {FULL_ORDER: FULL_ORDER_LOOK}
     return {name: (look.color, on_dark(look.color)) for name, look in looks.items()}
-
-
-# Models of figures and pages that do not show all; added models join where the figure has room.
-ALL_BUT_M4 = [name for name in MODELS if name != "M4"]  # Figs 9 and 11: M4's error would hide the others'
-BEST_MODELS = ["M5", "M6", "M7", "M8", "M9", "M10", *ADDED_MODELS]  # Fig. 10: the paper's "six best"
-# Second and third row of the traces: without and with wall heat; section 4 compares M7 and M8.
-TRACED_MODELS = (("M1", "M5"), ("M7", "M8", *ADDED_MODELS))
-FIRST_SHOWN = (
-    "M6",
-    "M7",
-    "M8",
-)  # on the report, before a reader chooses: with mixing, with wall heat, with both

@@ -5,9 +5,10 @@ import io
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import matplotlib as mpl
+from matplotlib import rc_params_from_file
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
@@ -23,56 +24,9 @@ GREY = "#7f7f7f"
 PALE = "#e6e6e6"
 ACCENT = "#1f5fa8"  # L* = 40, so it prints as a dark grey; the schemes have it too
 
-_TICKS = {"labelsize": 8.0, "color": INK, "direction": "in", "major.size": 3.0, "minor.size": 1.6}
-_TICKS |= {"major.width": 0.6, "minor.width": 0.4}
-PAPER_RC: dict[Any, Any] = {
-    # STIX comes with matplotlib, has the whole mathematical alphabet and matches a Times text.
-    "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
-    "font.size": 8.5,
-    "axes.labelsize": 8.5,
-    "axes.titlesize": 8.5,
-    "legend.fontsize": 8.0,
-    "figure.dpi": 200.0,
-    "savefig.dpi": 200.0,
-    "figure.facecolor": "white",
-    "savefig.facecolor": "white",
-    "figure.constrained_layout.h_pad": 0.03,
-    "figure.constrained_layout.w_pad": 0.03,
-    "text.color": INK,
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "axes.formatter.limits": (-3, 4),
-    "grid.color": PALE,
-    "grid.linewidth": 0.5,
-    "lines.linewidth": 1.1,
-    "lines.markersize": 4.0,
-    "lines.markeredgewidth": 0.8,
-    "patch.linewidth": 0.7,
-    "hatch.linewidth": 0.5,
-    "legend.frameon": False,
-    "legend.handlelength": 2.6,
-    "legend.borderaxespad": 0.2,
-    # Glyphs as outlines: a browser without STIX would set the text in another font, and labels would
-    # run into lines. Each glyph is stored once per file, so that a figure stays at tens of kilobytes.
-    "svg.fonttype": "path",
-    # Identifiers inside an SVG are hashes of content and salt; a random salt would change every file.
-    "svg.hashsalt": "pneumo",
-    **{f"{axis}tick.{name}": value for axis in "xy" for name, value in _TICKS.items()},
-}
+LOOK = rc_params_from_file(Path(__file__).parent / "figures.mplstyle")  # over matplotlib's defaults
 # No date, and no version of the plotting library, inside the files.
 METADATA: dict[str, dict[str, None]] = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
-
-
-def _find_fonts() -> None:
-    """Register matplotlib's own STIX fonts if its font cache lacks them."""
-    if PAPER_RC["font.family"] not in fontManager.get_font_names():
-        for file in Path(mpl.get_data_path(), "fonts", "ttf").glob("STIX*.ttf"):
-            fontManager.addfont(file)
 
 
 @contextmanager
@@ -81,10 +35,12 @@ def paper_style() -> Generator[None]:
 
     Draw the figure inside this context; `save` enters it by itself.
     """
-    _find_fonts()
+    if "STIXGeneral" not in fontManager.get_font_names():  # an old font cache
+        for file in Path(mpl.get_data_path(), "fonts", "ttf").glob("STIX*.ttf"):
+            fontManager.addfont(file)
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(PAPER_RC)
+        mpl.rcParams.update(LOOK)
         yield
 
 
@@ -129,19 +85,3 @@ def image_address(fig: Figure, kind: Literal["svg", "png"] = "svg") -> str:
         fig.savefig(buffer, format=kind, metadata=METADATA[kind])
     content = base64.b64encode(buffer.getvalue()).decode()
     return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{content}"
-
-
-# Published is open and hatched, reproduced is filled, exact signals are pale: readable without colour.
-SOURCE_BAR: dict[str, dict[str, Any]] = {
-    "published": {"facecolor": "white", "edgecolor": INK, "hatch": "//////", "linewidth": 0.7},
-    "reproduced": {"facecolor": ACCENT, "edgecolor": INK, "linewidth": 0.7},
-    "exact": {"facecolor": "#cfcfcf", "edgecolor": INK, "linewidth": 0.7},
-}
-_MARK: dict[str, Any] = {"linestyle": "none", "markeredgewidth": 0.9, "markeredgecolor": INK}
-SOURCE_MARKER: dict[str, dict[str, Any]] = {
-    "published": _MARK | {"marker": "o", "markersize": 5.5, "markerfacecolor": "none"},
-    "reproduced": _MARK
-    | {"marker": "D", "markersize": 3.2, "markerfacecolor": ACCENT, "markeredgecolor": ACCENT},
-    "exact": _MARK
-    | {"marker": "s", "markersize": 3.4, "markerfacecolor": "#cfcfcf", "markeredgecolor": "#5a5a5a"},
-}

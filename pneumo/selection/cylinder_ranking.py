@@ -12,18 +12,17 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment, Plant, Study
+from pneumo.configuration.experiment import Drive, Experiment, Plant, Study
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.uncertain import GROUPS, Uncertain, plant_with
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
-from pneumo.simulation.full_order import record, thermal_time_constant
+from pneumo.simulation.full_order import Recording, record, recorded, thermal_time_constant
 from pneumo.simulation.replay import full_order_mse, replay
 from pneumo.statistics.averages import best_n
 from pneumo.statistics.error_budget import FULL_ORDER, NOTHING
 from pneumo.storage.files import attributes, write
-from pneumo.storage.grid_layout import replayed_grid, same_at_every_n
-from pneumo.storage.layout import CHAMBERS, run_outcome
+from pneumo.storage.layout import CHAMBERS, replayed_grid, run_outcome, same_at_every_n
 
 TITLE = "Reduced models on repeated runs"
 DRAWS, PART_DRAWS = 64, 8  # cylinders drawn in all, and again for the part of each group
@@ -31,9 +30,9 @@ SHORTEST, DRAWN_STEP = 2.0, 4e-3  # s, of a drawn cylinder's run
 POINTS_SEED = 2006  # of the scrambled points
 ROWS = (*MODELS, FULL_ORDER)
 LABELS = ("experiment", "cylinder", "loop", "k_0", "seed")
+REST = 3.0  # s, after a stroke
 LONG_RUN = 10.0  # thermal time constants that a run should last: section 4's rule
 DRAWN_RUN = 5.0  # the same of each of many drawn cylinders
-TRACED_SAMPLES = 500  # samples of the first run that are kept, at the experiment's stride
 
 
 def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[str] = ()) -> Study:
@@ -41,22 +40,19 @@ def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[
 
     `InputError` if a name is unknown, or none of the experiments is on one of the cylinders.
     """
-    known_cylinders = {e.cylinder for e in study.experiments.values()}
-    kinds = ("cylinder", cylinders, known_cylinders), ("experiment", experiments, set(study.experiments))
-    for kind, wanted, names in kinds:
-        for name in wanted:
-            if name not in names:
-                known = ", ".join(sorted(names)[:20])
-                raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {known}")
+    kinds = ("cylinder", cylinders, {e.cylinder for e in study.experiments.values()})
+    for kind, wanted, names in (kinds, ("experiment", experiments, set(study.experiments))):
+        for name in set(wanted) - names:
+            known = ", ".join(sorted(names)[:20])
+            raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {known}")
     remaining = {
         name: e
         for name, e in study.experiments.items()
         if (not cylinders or e.cylinder in cylinders) and (not experiments or name in experiments)
     }
     if not remaining:
-        raise InputError(
-            "--cylinder, --experiment: none of the named experiments has one of the named cylinders"
-        )
+        problem = "none of the named experiments has one of the named cylinders"
+        raise InputError(f"--cylinder, --experiment: {problem}")
     return study._replace(experiments=remaining)
 
 
@@ -78,8 +74,8 @@ def simulated_time(study: Study, uncertain: Mapping[str, Uncertain] | None = Non
     for e in study.experiments.values():
         total += e.duration * len(seeds_of(e, study.seeds))
         if uncertain:
-            groups = len(uncertain[e.cylinder].groups)
-            total += shortened(e).duration * (DRAWS + (2 * groups + 1) * PART_DRAWS)
+            runs = DRAWS + (2 * len(uncertain[e.cylinder].groups) + 1) * PART_DRAWS
+            total += shortened(e).duration * runs
     return total
 
 
@@ -117,41 +113,45 @@ def errors_on(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, fl
     Rows are models at an n, then the full order. NaN for replays that fail. Signals inside a step are
     computed from the run's state with the experiment's plant.
     """
-    recording = record(experiment._replace(plant=plant))._replace(plant=experiment.plant)
-    gamma = experiment.plant.gas.gamma
+    return _errors(record(experiment._replace(plant=plant)), experiment.plant, rows)
+
+
+def _errors(recording: Recording, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:
+    """Mean square errors, as of `errors_on`, of models with a plant on a recording of another one."""
+    recording, gamma = recording._replace(plant=plant), plant.gas.gamma
     lanes = lane_array([lane(MODELS[model], n, gamma) for model, n in rows])
-    cells = replay(recording, lanes, EXACT_SAMPLING, experiment.steps)
+    cells = replay(recording, lanes, EXACT_SAMPLING, len(recording.u) - 1)
     mse = np.where(cells.status != 0, np.nan, cells.mse)
     return np.vstack([mse, full_order_mse(recording, [full_order_lane(gamma)], EXACT_SAMPLING)])
 
 
-def one_run(experiment: Experiment, n: tuple[float, ...], traced: bool) -> xr.Dataset:
+def stroke_errors(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:
+    """Errors as of `errors_on` over a full stroke from vented into rest, as `pneumo simulate` makes it.
+
+    The valve is fully open for three times the duration of a stroke and 1 s more, at most for that of the
+    experiment, then shut for `REST`.
+    """
+    c, h, configured = plant.conditions, experiment.h, experiment.plant
+    opened = min(1.0 + 3 * configured.cylinder.stroke / max(configured.speed, 1e-9), experiment.duration)
+    u = np.zeros(1 + round((opened + REST) / h))
+    u[: round(opened / h)] = plant.valve.u_max
+    start = np.array([plant.cylinder.x_min, 0.0, c.P_atm, c.T_amb, c.P_atm, c.T_amb])
+    given = experiment._replace(plant=plant, drive=Drive(False, 0.0, np.inf))
+    return _errors(recorded(given, u, start), configured, rows)
+
+
+def one_run(experiment: Experiment, n: tuple[float, ...]) -> xr.Dataset:
     """Run an experiment once and replay every model at every n on it.
 
     The dataset has the variables of `replayed_grid` without the pressures, those of `run_outcome`, and
-    `swing`, the standard deviation of the run's pressures, Pa. With `traced` it also has the first samples of
-    all pressures.
+    `swing`, the standard deviation of the run's pressures, Pa.
     """
     recording = record(experiment)
-    stride = experiment.pressure_stride if traced else experiment.steps
-    cells = replayed_grid(experiment, n, recording, EXACT_SAMPLING, stride)
-    pressure = cells["pressure"].isel(t=slice(TRACED_SAMPLES)).drop_vars("t").rename(t="sample")
-    swing = {
-        "units": "Pa",
-        "long_name": "standard deviation of the pressures, root mean square of both chambers",
-    }
-    cells = cells.drop_vars(["pressure", "t"]).assign(
-        swing=((), float(recording.states[:, [2, 4]].var(axis=0).mean() ** 0.5), swing),
-        **run_outcome(recording),
-    )
-    if traced:
-        states = recording.states[: TRACED_SAMPLES * stride : stride]
-        full_order = {"units": "Pa", "long_name": "full order"}
-        cells["trace_t"] = ("sample", np.arange(len(states)) * experiment.h * stride, {"units": "s"})
-        cells["trace_x"] = ("sample", states[:, 0], {"units": "m", "long_name": "piston position"})
-        cells["trace_P"] = (("chamber", "sample"), states[:, [2, 4]].T, full_order)
-        cells["trace_pressure"] = pressure
-        cells = cells.pad(sample=(0, TRACED_SAMPLES - len(states)), constant_values=np.nan, keep_attrs=True)
+    cells = replayed_grid(experiment, n, recording, EXACT_SAMPLING, experiment.steps)
+    about = "standard deviation of the pressures, root mean square of both chambers"
+    swing = float(recording.states[:, [2, 4]].var(axis=0).mean() ** 0.5)
+    cells = cells.drop_vars(["pressure", "t"]).assign(**run_outcome(recording))
+    cells["swing"] = ((), swing, {"units": "Pa", "long_name": about})
     return cells.assign_coords(seed=experiment.excitation.seed, chamber=CHAMBERS)
 
 
@@ -168,7 +168,8 @@ def drawn_errors(
     `rows` are the models, each at one n. Returns, in Pa^2, by (experiment, draw, row, chamber) `mse_drawn` of
     these and of the full order; if `draws` is `DRAWS`, by (group, experiment, part_draw, row, chamber)
     `mse_alone`, where only the quantities of one group deviate or, in the group `NOTHING`, none, and
-    `mse_others`, where all but this group do; NaN for a group that is known.
+    `mse_others`, where all but this group do; NaN for a group that is known; and `mse_stroke`, of the first
+    experiment's plant over full strokes into rest.
     """
     deviations = drawn_deviations(uncertain, draws)
 
@@ -184,6 +185,10 @@ def drawn_errors(
         items = [(shortened(e), draw) for e in experiments for draw in range(len(moved))]
         return np.array(list(pool.map(work, items))).reshape(len(experiments), len(moved), len(ROWS), 2)
 
+    def stroke(moved: np.ndarray) -> np.ndarray:
+        e = experiments[0]
+        return stroke_errors(e, plant_with(e.plant, uncertain.names, moved), rows)
+
     about = {"units": "Pa2", "long_name": "mean square error on cylinders drawn from what is not known"}
     measured = [[uncertain.measured.get(name, np.nan) for name in ROWS]] * len(experiments)
     on_record = {"units": "Pa", "long_name": "RMS error on the part of a record that its fit did not see"}
@@ -197,16 +202,20 @@ def drawn_errors(
         {"chamber": CHAMBERS, "row": list(ROWS)},
     )
     if draws == DRAWS:
-        all_off = deviations[:PART_DRAWS]
+        all_off, dims = deviations[:PART_DRAWS], ("experiment", "part_draw", "row", "chamber")
         alone = np.full((len(GROUPS) + 1, len(experiments), PART_DRAWS, len(ROWS), 2), np.nan)
         others = alone.copy()
         for group in uncertain.groups:
             off = uncertain.alone(group, all_off)
             alone[GROUPS.index(group)], others[GROUPS.index(group)] = errors(off), errors(all_off - off)
         alone[-1] = errors(0 * all_off)
-        for name, mse, words in (("mse_alone", alone, "only"), ("mse_others", others, "all but")):
-            about = about | {"long_name": f"the same if {words} the quantities of one group are off"}
-            cells[name] = (("group", "experiment", "part_draw", "row", "chamber"), mse, about)
+        strokes = [list(pool.map(stroke, all_off))] * len(experiments)
+        for name, of_dims, mse, words in (
+            ("mse_alone", ("group", *dims), alone, "if only the quantities of one group are off"),
+            ("mse_others", ("group", *dims), others, "if all but the quantities of one group are off"),
+            ("mse_stroke", dims, strokes, "over a full stroke from vented into rest"),
+        ):
+            cells[name] = (of_dims, mse, about | {"long_name": f"the same {words}"})
         cells = cells.assign_coords(group=[*GROUPS, NOTHING])
     return cells
 
@@ -216,8 +225,6 @@ def run_study(
     threads: int,
     progress: Callable[[float], None] = lambda _seconds: None,
     uncertain: Mapping[str, Uncertain] | None = None,
-    *,
-    traced: bool = True,
     draws: int = DRAWS,
 ) -> xr.Dataset:
     """Run every experiment of a study with several seeds, and replay every model at every n on each run.
@@ -226,14 +233,13 @@ def run_study(
     `uncertainties`; without it no cylinders are drawn. `progress` is called after each run with its simulated
     time, s.
 
-    Returns the variables of `one_run` by (experiment, run, ...) and those of `drawn_errors`; with `traced`,
-    pressures over time of each experiment's first run; by experiment, `time_constant`, s, and `duration`, s.
-    The result does not depend on the number of threads.
+    Returns the variables of `one_run` by (experiment, run, ...) and those of `drawn_errors`; by experiment,
+    `time_constant`, s, and `duration`, s. The result does not depend on the number of threads.
     """
 
     def work(item: tuple[Experiment, int]) -> xr.Dataset:
         e, seed = item
-        cells = one_run(e.with_seed(seed), study.n, traced and seed == e.excitation.seed)
+        cells = one_run(e.with_seed(seed), study.n)
         progress(e.duration)
         return cells
 
@@ -256,11 +262,8 @@ def run_study(
     parts: list[xr.Dataset] = []
     for e in experiments:
         runs = [cells for (experiment, _), cells in done if experiment is e]  # sorting keeps their order
-        traces = [str(name) for name in runs[0] if str(name).startswith("trace_")]
-        cells = [run.drop_vars(traces, errors="ignore") for run in runs]
-        cells = cells * count if len(cells) == 1 else cells
-        part = xr.concat(cells, "run", coords=["seed"], compat="equals", combine_attrs="drop_conflicts")
-        part = part.assign({name: runs[0][name].drop_vars("seed") for name in traces})
+        runs = runs * count if len(runs) == 1 else runs
+        part = xr.concat(runs, "run", coords=["seed"], compat="equals", combine_attrs="drop_conflicts")
         if e.name in drawn:
             part = part.merge(drawn[e.name], join="exact", combine_attrs="drop_conflicts")
         part["time_constant"] = ((), thermal_time_constant(e.plant), {"units": "s"})

@@ -1,11 +1,10 @@
 """The configuration that `pneumo init` writes, with a section or a table of cylinders."""
 
-import csv
-import io
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+
+import pandas as pd
 
 from pneumo.configuration.parameters import read_yaml
 from pneumo.errors import InputError
@@ -33,23 +32,10 @@ def write_table_template(file: Path) -> Path:
     section = f"cylinders: {table.name} # one row a cylinder; columns are keys of its section\n\n"
     text = re.sub(r"^cylinders:\n.*?(?=^experiments:)", section, text, flags=re.MULTILINE | re.DOTALL)
     text = re.sub(r"^ *cylinder: .*\n", "", text, flags=re.MULTILINE)
-    columns = dict(_leaves(read_yaml(TEMPLATE)["cylinders"]["mine"]))
-    rows = [{"name": name, **columns, "stroke_mm": stroke} for name, stroke in STROKES.items()]
-    content = io.StringIO()
-    writer = csv.DictWriter(content, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    _write_new({file: text, table: content.getvalue()})
+    mine = read_yaml(TEMPLATE)["cylinders"]["mine"]
+    rows = pd.json_normalize([{"name": name, **mine, "stroke_mm": s} for name, s in STROKES.items()])
+    _write_new({file: text, table: rows.to_csv(index=False, lineterminator="\n")})
     return table
-
-
-def _leaves(section: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield (column, value) for each key of a section; keys of inner sections get a point, as in valve.b."""
-    for key, value in section.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{path}{key}.")
-        else:
-            yield path + key, value
 
 
 def _write_new(texts: Mapping[Path, str]) -> None:

@@ -1,13 +1,8 @@
-"""Fleets: cylinders of a table, run and ranked block by block as by `pneumo study`.
-
-Errors are stored as 4-byte floats, and rankings are made from these, so that a page made later has the same
-ranking.
-"""
+"""Fleets: cylinders of a table, run and ranked block by block as by `pneumo study`."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,25 +10,15 @@ import xarray as xr
 
 from pneumo.configuration.cylinder_table import experiment_name
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.study_json import from_json, plain
+from pneumo.configuration.study_json import plain
 from pneumo.configuration.uncertain import Uncertain
-from pneumo.errors import InputError, ResultError
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answers
-from pneumo.selection.cylinder_ranking import one_run, run_study
+from pneumo.selection.cylinder_ranking import run_study
 from pneumo.statistics.error_budget import FULL_ORDER
-from pneumo.statistics.intervals import UNKNOWN, Interval
-from pneumo.storage.files import read
 from pneumo.storage.layout import described
 
-INDEX = "fleet.nc"
-CELLS = (
-    "mean_error",
-    "variance",
-    "mse",
-    "failure_time",
-    "mse_drawn",
-)  # 4 bytes
+CELLS = ("mean_error", "variance", "mse", "failure_time", "mse_drawn")  # 4 bytes
 DRAWS = 16  # of each cylinder; the parts of the error are left to `pneumo study`
 
 ABOUT = {  # unit, long name
@@ -58,6 +43,7 @@ ABOUT |= {
     for name in ("best_mse", "over_best")
     for end, words in (("low", "lower"), ("high", "upper"))
 }
+RANKED = [name for name in ABOUT if name.startswith(("place", "best_", "over_best", "failed"))]
 INDEXED = (*(name for name in ABOUT if name != "advice"), "run_status", "k_0", "limits")  # of the index
 
 
@@ -71,49 +57,36 @@ def studies_of(study: Study) -> dict[str, Study]:
     return studies
 
 
-def _ends(name: str, dim: str, intervals: Sequence[Interval]) -> dict[str, Any]:
-    value, low, high = np.array(intervals).T
-    return {name: (dim, value), f"{name}_low": (dim, low), f"{name}_high": (dim, high)}
-
-
 def answer_dataset(answer: Answer) -> xr.Dataset:
     """Answer for one cylinder, with its ranking by model; `ABOUT` has the units."""
-    ranking = answer.ranking
-    by_model = {row.model: row for row in ranking.rows}
-    expected = {row.model: row for row in ranking.budget.rows} if ranking.budget else {}
-    full_order = expected.get(FULL_ORDER)
-    rows = [by_model.get(name) for name in MODELS]
+    ranking, names = answer.ranking, list(MODELS)
+    rows = ranking.budget.rows if ranking.budget else ()
+    rms, n = ({row.model: getattr(row, key) for row in rows} for key in ("rms", "n"))
+    table = ranking.table.reindex(index=names, columns=RANKED)
+    counts = {name: ("model", table[name].fillna(0).to_numpy(np.int32)) for name in ("place", "failed")}
     variables: dict[str, Any] = {
         "recommended": ((), answer.chosen),
         "as_good": ((), ", ".join(answer.as_good)),
         "reason": ((), answer.reason),
         "advice": ((), "\n".join(answer.advice)),
         "runs": ((), np.int32(ranking.runs)),
-        "expected_rms": ("model", [expected[name].rms if name in expected else np.nan for name in MODELS]),
-        "expected_rms_of_full_order": ((), full_order.rms if full_order else np.nan),
-        "expected_n": ("model", [expected[name].n if name in expected else np.nan for name in MODELS]),
-        "best_n": ("model", [row.n if row else np.nan for row in rows]),
-        **_ends("best_mse", "model", [row.mse if row else UNKNOWN for row in rows]),
-        **_ends("over_best", "model", [row.over_best if row else UNKNOWN for row in rows]),
+        "expected_rms": ("model", [rms.get(name, np.nan) for name in names]),
+        "expected_rms_of_full_order": ((), rms.get(FULL_ORDER, np.nan)),
+        "expected_n": ("model", [n.get(name, np.nan) for name in names]),
+        **{str(name): ("model", table[name].to_numpy(float)) for name in table},
+        **counts,
     }
-    for name in ("place", "failed"):
-        variables[name] = ("model", np.array([getattr(row, name) if row else 0 for row in rows], np.int32))
-    return xr.Dataset(variables, {"model": list(MODELS)})
+    return xr.Dataset(variables, {"model": names})
 
 
 def cylinder_dataset(study: Study, cells: xr.Dataset) -> xr.Dataset:
     """Results of one cylinder for a file: errors as 4-byte floats, answer and ranking, its study as JSON."""
+    (answer,) = answers(cells)
     cells = cells.assign({name: cells[name].astype(np.float32) for name in CELLS if name in cells})
-    (answer,) = answers(_exact(cells))
     cylinder = next(iter(study.experiments.values())).plant.cylinder
     sizes = {"bore": ((), cylinder.bore), "stroke": ((), cylinder.stroke)}
     parameters = {"parameters": ((), json.dumps(plain(study), allow_nan=False))}
     return cells.drop_vars("cylinder").merge(answer_dataset(answer)).assign(sizes | parameters)
-
-
-def _exact(cells: xr.Dataset) -> xr.Dataset:
-    """Errors converted back to 8-byte floats, as rankings and pages need them."""
-    return cells.assign({name: cells[name].astype(float) for name in CELLS if name in cells})
 
 
 def run_block(
@@ -130,15 +103,13 @@ def run_block(
     Returns
     -------
     xarray.Dataset
-        By (cylinder, experiment, run, ...) the variables of `run_study` without pressures over time; by
-        cylinder the variables of `ABOUT`, and `parameters`, its study as JSON.
+        By (cylinder, experiment, run, ...) the variables of `run_study`; by cylinder those of `ABOUT`, and
+        `parameters`, its study as JSON.
     """
 
     def work(item: tuple[str, Study]) -> xr.Dataset:
         name, of_cylinder = item
-        dataset = cylinder_dataset(
-            of_cylinder, run_study(of_cylinder, 1, uncertain=uncertain, traced=False, draws=DRAWS)
-        )
+        dataset = cylinder_dataset(of_cylinder, run_study(of_cylinder, 1, uncertain=uncertain, draws=DRAWS))
         progress(name)
         return dataset
 
@@ -167,40 +138,3 @@ def fleet_index(blocks: Mapping[str, xr.Dataset]) -> xr.Dataset:
         part["block"] = ("cylinder", [name] * part.sizes["cylinder"])
         parts.append(part.drop_vars("run_status"))
     return together(parts)
-
-
-def stored_cylinder(folder: Path, cylinder: str) -> tuple[Study, xr.Dataset]:
-    """Study of one cylinder of a fleet, and its results as from `run_study`, from the fleet's folder.
-
-    Errors have the precision of the 4-byte floats in the file; pressures over time are computed again.
-
-    Raises
-    ------
-    InputError
-        If the fleet has no such cylinder.
-    ResultError
-        If results are missing or damaged, or do not belong together.
-    """
-    index = read(folder / INDEX, "block")
-    names = index["cylinder"].values.tolist()
-    if cylinder not in names:
-        known = f"{', '.join(names[:20])}{', ...' if len(names) > 20 else ''}"
-        raise InputError(
-            f"cylinder = {cylinder[:50]!r}: no such cylinder in {folder / INDEX}; there are {known}"
-        )
-    file = folder / "fleet" / f"{index['block'].sel(cylinder=cylinder).item()}.nc"
-    block = read(file)
-    if cylinder not in block["cylinder"]:
-        raise ResultError(f"{file}: does not belong to {folder / INDEX}; `snakemake -j2` makes both again")
-    cells = block.sel(cylinder=cylinder)
-    study = from_json(cells["parameters"].item())
-    cells = cells.drop_vars([*ABOUT, "parameters", "cylinder"])
-    traces = [_traces(one_run(e, study.n, traced=True)) for e in study.experiments.values()]
-    cells = _exact(cells).merge(xr.concat(traces, "experiment", coords="minimal", compat="override"))
-    return study, cells.assign_coords(cylinder=("experiment", [cylinder] * len(traces)))
-
-
-def _traces(cells: xr.Dataset) -> xr.Dataset:
-    """Only the variables of a run's pressures over time: those whose names start with trace_."""
-    kept = [str(name) for name in cells if str(name).startswith("trace_")]
-    return cells[kept].drop_vars(["cylinder", "loop", "k_0", "seed"])

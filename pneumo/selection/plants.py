@@ -7,7 +7,7 @@ from pneumo.configuration.experiment import Plant, Study
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas, mass_flow, sonic_coefficient
+from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas, sonic_coefficient
 
 AIR = exact_gas(287.0, 1.4)
 OTHER_GAS = 0.005  # relative difference of a gas's choked flow from that of air that is told
@@ -89,9 +89,7 @@ def study_notes(study: Study) -> list[str]:
         c, s, default = p.cylinder, p.conditions, default_conductance(p.cylinder)
         size = f"{1e3 * c.bore:g} x {1e3 * c.stroke:g} mm, {c.M:g} kg, supply {s.P_s / 1e5:.4g} bar absolute"
         force = c.A_A * (s.P_s - s.P_atm)
-        flow = mass_flow(p.valve.k_xu * p.valve.u_max, s.P_s, s.P_0, s.T_in, p.gas)
-        speed = flow * p.gas.R * s.T_0 / (s.P_0 * c.A_A)  # of a chamber at rest pressure that takes it all
-        notes.append(f"{name}: {size}: at most {force:.3g} N and, with its valve, about {speed:.3g} m/s")
+        notes.append(f"{name}: {size}: at most {force:.3g} N and, with its valve, about {p.speed:.3g} m/s")
         ratio = sonic_coefficient(p.gas.R, p.gas.gamma) / AIR.sonic_coefficient
         if p.gas.elliptic and abs(ratio - 1) > OTHER_GAS:
             notes.append(

@@ -203,14 +203,16 @@ def supplied_mass(recording: Recording) -> np.ndarray:
     return m
 
 
-def recorded(experiment: Experiment, draws: np.ndarray) -> Recording:
-    """Run an experiment's full-order system from equilibrium on a given reference and record it.
+def recorded(experiment: Experiment, draws: np.ndarray, start: np.ndarray | None = None) -> Recording:
+    """Run an experiment's full-order system on a given reference and record it.
 
-    `draws` is the reference before any reversal, m or V, shape (steps + 1,).
+    `draws` is the reference before any reversal, m or V, shape (steps + 1,). The run begins at the state
+    `start`, by default at equilibrium.
     """
     drive, plant = experiment.drive, experiment.plant
     most = experiment.most_halvings
-    states, reference, halvings = run(equilibrium(plant), draws, 0.0, drive, plant, experiment.h, most)
+    y_0 = equilibrium(plant) if start is None else start
+    states, reference, halvings = run(y_0, draws, 0.0, drive, plant, experiment.h, most)
     status, step = failure(states)
     if status != RAN:
         states[step + 1 :] = np.nan

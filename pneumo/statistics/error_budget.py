@@ -9,7 +9,7 @@ products of both, whose mean is 0, so that few draws suffice. Parts of correlate
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -31,7 +31,7 @@ class Row(NamedTuple):
     high: float
     own: float  #: with everything as configured: what the model itself contributes
     known: Mapping[str, float] = MappingProxyType({})  #: by group, expected error if it were known
-    mse: np.ndarray = np.empty(0)  #: by draw, Pa^2
+    stroke: float = np.nan  #: expected over full strokes into rest; infinite where a replay failed
 
     def part(self, group: str) -> float:
         """Part of the error that a group of quantities causes, Pa."""
@@ -62,37 +62,35 @@ def error_budget(cells: xr.Dataset, best: Mapping[str, float]) -> Budget | None:
     if "mse_drawn" not in cells:
         return None
     over = ("experiment", "chamber")
-    drawn = cells["mse_drawn"].mean(over, skipna=False)
-    configured = cells["mse"].mean((*over, "run"), skipna=False)
-    parts = None
+    drawn: Any = cells["mse_drawn"].mean(over, skipna=False).to_pandas()
+
+    def mean(name: str) -> xr.DataArray:
+        return cells[name].mean((*over, "part_draw"), skipna=False)
+
+    left: Any = None  # fraction of the mean square error that is left if a group is known
     if "mse_alone" in cells:
-        parts = cells[["mse_alone", "mse_others"]].mean((*over, "part_draw"), skipna=False)
-        least = parts["mse_alone"].sel(group=NOTHING)
-        others = parts["mse_others"]
-        parts = others / (others + (parts["mse_alone"] - least).clip(min=0))
-        parts = parts.dropna("group", how="all")  # a group that is known exactly has no cells
-    rows = [_row(FULL_ORDER, np.nan, 0.0, drawn, parts)]
-    for name, model in MODELS.items():
-        own = float(configured.sel(model=name, n=best[name])) ** 0.5
-        rows.append(_row(name, best[name] if model.has_n else np.nan, own, drawn, parts))
+        others, alone = mean("mse_others"), mean("mse_alone")
+        left = others / (others + (alone - alone.sel(group=NOTHING)).clip(min=0))
+        left = left.dropna("group", how="all").to_pandas()  # a group that is known exactly has no cells
+    rows: list[Row] = []
+    for name in cells["row"].values.tolist():
+        mse, model = drawn[name].to_numpy(), MODELS.get(name)
+        of_model = 0.0 if model is None else cells["mse"].sel(model=name, n=best[name]).mean(skipna=False)
+        n = best[name] if model and model.has_n else np.nan
+        row = Row(name, n, np.inf, np.nan, np.nan, float(of_model) ** 0.5)
+        if "mse_stroke" in cells:
+            row = row._replace(stroke=_root(mean("mse_stroke").sel(row=name)))
+        if np.isfinite(mse.mean()):
+            low, high = np.quantile(mse, TAILS, method="weibull") ** 0.5  # holds a further draw with 95 %
+            known = {} if left is None else (mse.mean() * left[name]) ** 0.5
+            row = row._replace(rms=_root(mse.mean()), low=float(low), high=float(high), known=dict(known))
+        rows.append(row)
     rows.sort(key=lambda row: row.rms)
-    on_record = zip(cells["row"].values.tolist(), cells["measured"][0].values.tolist(), strict=True)
-    measured = {name: error for name, error in on_record if np.isfinite(error)}
+    measured = cells["measured"].isel(experiment=0).to_series().dropna().to_dict()
+    groups: list[str] = [] if left is None else left.index.tolist()
     budget = Budget(tuple(rows), (), measured)
-    groups: list[str] = [] if parts is None else parts["group"].values.tolist()
     return budget._replace(groups=tuple(sorted(groups, key=budget.lowest_if_known)))
 
 
-def _row(name: str, n: float, own: float, drawn: xr.DataArray, left: xr.DataArray | None) -> Row:
-    mse = drawn.sel(row=name).values
-    mean = float(mse.mean())
-    if not np.isfinite(mean):
-        return Row(name, n, np.inf, np.nan, np.nan, own, mse=mse)
-    low, high = np.quantile(mse, TAILS, method="weibull") ** 0.5  # holds a further draw with 95 %
-    groups: dict[str, float] = {}
-    if left is not None:  # fraction of the mean square error that is left
-        of_row = left.sel(row=name)
-        groups = dict(
-            zip(left["group"].values.tolist(), ((mean * of_row.values) ** 0.5).tolist(), strict=True)
-        )
-    return Row(name, n, mean**0.5, float(low), float(high), own, groups, mse)
+def _root(mse: float | xr.DataArray) -> float:
+    return float(np.nan_to_num(mse, nan=np.inf)) ** 0.5

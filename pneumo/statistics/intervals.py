@@ -1,4 +1,4 @@
-"""Confidence intervals: Student's, of means and of geometric means of ratios."""
+"""Student's confidence intervals."""
 
 from typing import NamedTuple
 
@@ -29,22 +29,13 @@ class Interval(NamedTuple):
         ('1 to 3', 'at most 3')
         """
         low, high = f"{self.low:{form}}", f"{self.high:{form}}"
-        if self.known:
-            return f"{low} to {high}"
         if np.isfinite(self.low):
-            return f"at least {low}"
+            return f"{low} to {high}" if np.isfinite(self.high) else f"at least {low}"
         return f"at most {high}" if np.isfinite(self.high) else "not determined"
 
     def scaled(self, factor: float) -> "Interval":
         """Return estimate and ends times a factor, such as that of a change of unit."""
         return Interval(*(factor * value for value in self))
-
-    def exponential(self) -> "Interval":
-        """Return exp of estimate and ends, which turns a mean of logarithms into a geometric mean."""
-        return Interval(*(float(np.exp(value)) for value in self))
-
-
-UNKNOWN = Interval(np.nan, np.nan, np.nan)
 
 
 def student_quantile(degrees: int) -> float:
@@ -52,15 +43,13 @@ def student_quantile(degrees: int) -> float:
     return float(stdtrit(degrees, (1 + CONFIDENCE) / 2))
 
 
-def student_interval(samples: np.ndarray) -> Interval:
-    """Mean of independent samples with its 95 % interval by Student's t; one sample has no interval."""
-    mean, count = float(np.mean(samples)), len(samples)
+def student_interval(samples: np.ndarray) -> np.ndarray:
+    """Mean of independent samples along the last axis, and the ends of its 95 % interval; shape (3, ...).
+
+    The ends are NaN for a single sample.
+    """
+    mean, count = samples.mean(-1), samples.shape[-1]
     if count < 2:
-        return Interval(mean, np.nan, np.nan)
-    half = float(student_quantile(count - 1) * np.std(samples, ddof=1) / count**0.5)
-    return Interval(mean, mean - half, mean + half)
-
-
-def paired_ratio(upper: np.ndarray, lower: np.ndarray) -> Interval:
-    """Geometric mean of the ratios upper / lower of paired samples, with its 95 % interval."""
-    return student_interval(np.log(upper / lower)).exponential()
+        return np.array([mean, np.full_like(mean, np.nan), np.full_like(mean, np.nan)])
+    half = student_quantile(count - 1) * samples.std(-1, ddof=1) / count**0.5
+    return np.array([mean, mean - half, mean + half])

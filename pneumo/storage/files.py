@@ -20,12 +20,11 @@ from typing import Any
 import xarray as xr
 from netCDF4 import Dataset
 
-from pneumo.configuration.experiment import Experiment, Study
-from pneumo.configuration.study_json import from_json, plain
+from pneumo.configuration.experiment import Experiment
+from pneumo.configuration.study_json import plain
 from pneumo.errors import SYSTEM, InputError, ResultError, printable
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.regular_file import lock, named, regular_file
-from pneumo.storage.checksums import LARGEST_RESULT
+from pneumo.regular_file import LARGEST_RESULT, lock, named, regular_file
 
 DOI = "https://doi.org/10.1243/09596518JSCE203"
 COMMON = {
@@ -50,7 +49,6 @@ NAMES = {  # of coordinates without a unit -> long name
 CHECKOUT = Path(__file__).parents[2]
 LOCK = threading.Lock()  # HDF5 serves one thread at a time
 PART = ".part"  # ends the names of files that are being written
-LARGEST_JSON = 100_000_000  # bytes
 LARGEST_IN_MEMORY = 8_000_000_000  # bytes of the variables that are read from a file
 NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)
 EXPERIMENT_LABELS = ("cylinder", "loop", "k_0")  # scalar coordinates of every per-experiment file
@@ -194,35 +192,8 @@ def write_text(text: str, path: Path | str) -> None:
         part.write_text(text, encoding="utf-8")
 
 
-def read_json(path: Path | str) -> Any:
-    """Content of a JSON file; `ResultError` if the file is missing, truncated or no JSON."""
-    text = _text(path)
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
-        raise ResultError(f"{path}: not a whole JSON file; delete it and rerun") from None
-
-
-def _text(path: Path | str) -> bytes:
-    try:
-        with regular_file(Path(path), LARGEST_JSON) as file:
-            return file.read()
-    except FileNotFoundError:
-        raise _absent(path) from None
-    except OSError as error:
-        raise ResultError(f"{path}: not readable ({error.strerror})") from None
-
-
-def read_study(parameters: Path | str) -> Study:
-    """Read a study from its ``parameters.json``; `ResultError` if the file does not hold a study."""
-    text = _text(parameters)
-    try:
-        return from_json(text)
-    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        raise ResultError(f"{parameters}: does not hold a study; delete it and rerun") from None
-
-
-def _absent(path: Path | str) -> ResultError:
+def absent(path: Path | str) -> ResultError:
+    """Error of a results file that is missing."""
     return ResultError(f"{path}: no such file; `snakemake -j2` makes the results")
 
 
@@ -264,7 +235,7 @@ def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]
                 raise ResultError(f"{path}: holds experiment {experiment.item()}, not the one of its name")
             yield dataset
     except FileNotFoundError:
-        raise _absent(path) from None
+        raise absent(path) from None
     except ResultError:
         raise
     except (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError) as error:

@@ -1,4 +1,4 @@
-"""From arrays of a full-order or settling run to the datasets that are stored, and back."""
+"""From arrays of replays to the dataset of grid cells that is stored; common parts of such datasets."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,7 +7,11 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Experiment
-from pneumo.simulation.full_order import RUN_STATUS, STATE, Recording, failure
+from pneumo.configuration.sampling import Sampling
+from pneumo.physics.models import MODELS
+from pneumo.simulation.full_order import RUN_STATUS, Recording, failure
+from pneumo.simulation.grid import grid_lanes
+from pneumo.simulation.replay import STATUS, Replayed, replay
 
 CHAMBERS = ["A", "B"]
 
@@ -39,25 +43,6 @@ def described(dataset: xr.Dataset, about: Mapping[str, tuple[str, str]]) -> xr.D
     return dataset
 
 
-def states_dataset(states: np.ndarray, t: np.ndarray) -> xr.Dataset:
-    """Dataset of the states, shape (step, 6), at the times t, s."""
-    x, v, P_A, T_A, P_B, T_B = states.T
-    P, T = (np.stack(pair, axis=1) for pair in ((P_A, P_B), (T_A, T_B)))
-    variables = {"x": ("t", x), "v": ("t", v), "P": (("t", "chamber"), P), "T": (("t", "chamber"), T)}
-    return xr.Dataset(variables, {"t": t, "chamber": CHAMBERS})
-
-
-def add_outcome(
-    dataset: xr.Dataset, states: np.ndarray, status: int, step: int, h: float, meanings: Mapping[int, str]
-) -> None:
-    """Add to a dataset, in place, a run's status, the time of its failure, and its last state before that."""
-    dataset["status"] = ((), np.int8(status), status_attributes(meanings, "what became of the run"))
-    dataset["failure_time"] = ((), step * h if status else np.nan)
-    if status:
-        comment = f"last_state is {', '.join(STATE)} before the failure, in SI units"
-        dataset["status"].attrs |= {"last_state": states[max(step - 1, 0)], "comment": comment}
-
-
 def run_outcome(recording: Recording) -> dict[str, Any]:
     """Variables `run_status` and `run_failure_time`, s, for files that hold several full-order runs."""
     status, step = failure(recording.states)
@@ -69,43 +54,45 @@ def run_outcome(recording: Recording) -> dict[str, Any]:
     }
 
 
-def datum_dataset(experiment: Experiment, recording: Recording) -> xr.Dataset:
-    """Dataset with the signals of one full-order run at every step."""
-    t = np.arange(len(recording.states)) * experiment.h
-    dataset = states_dataset(recording.states, t)
-    dataset["u"] = ("t", recording.u)
-    unit, name = ("m", "position reference") if experiment.drive.closed_loop else ("V", "open-loop sequence")
-    dataset["reference"] = ("t", recording.reference, {"units": unit, "long_name": name})
-    about = {"units": "1", "long_name": "how often the step before was halved"}
-    dataset["halvings"] = ("t", np.concatenate([[np.int8(0)], recording.halvings]), about)
-    status, step = failure(recording.states)
-    add_outcome(dataset, recording.states, status, step, experiment.h, RUN_STATUS)
-    return dataset.assign_coords(experiment_labels(experiment))
+def same_at_every_n() -> str:
+    """Sentence that names the models without n, for the comment of a results file."""
+    *others, last = [name for name, model in MODELS.items() if not model.has_n]
+    return f"{', '.join(others)} and {last} have no n: they hold the same cell at every n"
 
 
-def failure_text(run: xr.Dataset, what: str = "full-order run") -> str:
-    """Sentence that says when and in which state a stored run failed; `what` names the kind of run."""
-    meaning = run["status"].attrs["flag_meanings"].split()[int(run["status"])].replace("_", " ")
-    x, v, P_A, T_A, P_B, T_B = run["status"].attrs["last_state"].tolist()
-    return (
-        f"{what} failed at t = {run['failure_time'].item():g} s: {meaning}, after x = {x:.4g} m,"
-        f" v = {v:.4g} m/s, P = {P_A:.4g} and {P_B:.4g} Pa, T = {T_A:.4g} and {T_B:.4g} K"
-    )
+def replayed_grid(
+    experiment: Experiment, n: tuple[float, ...], recording: Recording, sampling: Sampling, stride: int
+) -> xr.Dataset:
+    """Replay every model at every n on one experiment; pressures are kept every `stride` steps."""
+    lanes, index = grid_lanes(n, experiment.plant.gas.gamma)
+    return replay_dataset(experiment, n, index, replay(recording, lanes, sampling, stride))
 
 
-def recording_from(dataset: xr.Dataset, experiment: Experiment) -> Recording:
-    """Full-order run of an experiment, as `recorded` returned it, from the file of `datum_dataset`."""
-    P, T = dataset["P"].values, dataset["T"].values
-    columns = [dataset["x"].values, dataset["v"].values, P[:, 0], T[:, 0], P[:, 1], T[:, 1]]
-    states, reference, u = np.stack(columns, axis=1), dataset["reference"].values, dataset["u"].values
-    halvings, e = dataset["halvings"].values[1:], experiment
-    return Recording(
-        states=states,
-        reference=reference,
-        u=u,
-        drive=e.drive,
-        plant=e.plant,
-        h=e.h,
-        halvings=halvings,
-        most_halvings=e.most_halvings,
+def replay_dataset(
+    experiment: Experiment, n: tuple[float, ...], index: np.ndarray, cells: Replayed
+) -> xr.Dataset:
+    """Dataset of one experiment's replays: errors, status and pressures by (model, n, chamber).
+
+    `index`, shape (model, n), is the row of `cells` that each model has at each n, from `grid_lanes`.
+    """
+    dims = ("model", "n", "chamber")
+    failed = cells.status != 0
+
+    def cell(values: np.ndarray) -> np.ndarray:
+        return np.where(failed, np.nan, values)[index]
+
+    failure_time = np.where(failed, cells.failure_step * experiment.h, np.nan)[index]
+    status = status_attributes(STATUS, "what became of the cell")
+    t = np.arange(cells.pressure.shape[-1]) * experiment.pressure_stride * experiment.h
+    return xr.Dataset(
+        {
+            "mean_error": (dims, cell(cells.mean_error)),
+            "variance": (dims, cell(cells.variance)),
+            "mse": (dims, cell(cells.mse)),
+            "status": (dims, cells.status[index], status),
+            "failure_time": (dims, failure_time),
+            "pressure": ((*dims, "t"), cells.pressure.astype(np.float32)[index]),
+        },
+        coords={"model": list(MODELS), "n": list(n), "chamber": CHAMBERS, "t": t}
+        | experiment_labels(experiment),
     )

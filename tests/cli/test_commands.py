@@ -12,14 +12,13 @@ from bad_input import assert_one_line
 from brief import in_brief
 from checkout import PNEUMO, ROOT
 
-from pneumo import __version__
 from pneumo.cli import INTERRUPTED
 from pneumo.cli import main as first_main
 from pneumo.configuration.parameters import load, study
 from pneumo.linear.linear_model import linearise
 from pneumo.physics.models import MODELS
 from pneumo.selection.plants import configured_plant
-from pneumo.storage.checksums import write_sums
+from workflow.jobs.checksums import write_sums
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["models"], ["check", "config/paper.yaml"]])
@@ -51,15 +50,6 @@ def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_uni
     ):
         (tmp_path / "slip.yaml").write_text(f"cylinders: {{mine: {{{slip}}}}}")
         assert words in inside("check", "mine.yaml", "slip.yaml")[1]
-
-
-def test_what_check_models_and_version_print(inside):
-    code, out, _ = inside("check", ROOT / "config/paper.yaml")
-    assert code == 0 and "paper: 16 experiments, n = 1.0, 1.05" in out and "estimated from" not in out
-    assert "E03  cylinder E  open   loop  k_0 = 0.02 W/K  1800 s, step 1 ms" in out
-    code, out, _ = inside("models")
-    assert code == 0 and all(f"M{i} " in out for i in range(1, 11))
-    assert inside("--version") == (0, f"{__version__}\n", "")
 
 
 @pytest.mark.parametrize(
@@ -170,16 +160,6 @@ def test_a_piston_that_cannot_move_is_refused_unless_it_is_trusted(command, insi
     words = "heavy.yaml: cylinders.mine.load_N = 300000.0: the piston cannot move back"
     assert_one_line(inside(*command), words, "--trust")
     assert inside(*command, "--trust")[0] == 0
-
-
-def test_all_bad_rows_are_printed_each_in_a_line(inside, tmp_path):
-    inside("init", "plant.yaml", "--table")
-    table = (tmp_path / "plant.csv").read_text()
-    (tmp_path / "plant.csv").write_text(table.replace(",25.0,", ",-25.0,"))
-    code, out, err = inside("check", "plant.yaml")
-    assert (code, out) == (2, "") and len(err.splitlines()) == 2
-    for row, line in enumerate(err.splitlines(), start=2):
-        assert line.startswith(f"pneumo: plant.csv: row {row}, column bore_mm = -25.0: must be a number")
 
 
 @pytest.mark.parametrize("command", [["linearise", "M1", *AT], ["export", "M1", "--to", "casadi"]])

@@ -21,7 +21,7 @@ from pneumo.configuration.study_json import from_json, to_json
 from pneumo.configuration.uncertain import conversion_notes, uncertainties
 from pneumo.errors import ConfigurationError
 from pneumo.physics.cylinder import heat_area
-from pneumo.physics.valve import Gas, Valve, choked_flow, mass_flow
+from pneumo.physics.valve import Gas, Valve, choked_flow
 from pneumo.selection.cylinder_template import TEMPLATE
 
 CONFIG = PAPER.parent
@@ -96,14 +96,6 @@ def test_catalogue_valve_passes_the_choked_flow_of_ISO_6358_and_may_leak():
     assert valve.leak == pytest.approx(0.01 * valve.k_xu * valve.u_max, rel=1e-12)
 
 
-def test_nominal_flow_is_that_from_7_to_6_bar_absolute():
-    by_flow = on_own_cylinder(valve={"Q_n_l_per_min": 350.0, "b": 0.3}).plant
-    flow = mass_flow(by_flow.valve.k_xu * 5.0, 7e5, 6e5, 293.15, by_flow.gas)
-    assert flow == pytest.approx(1.185 * 350e-3 / 60, rel=1e-12)
-    wide = on_own_cylinder(valve={"Q_n_l_per_min": 420.0, "b": 0.9}).plant  # sonic all the way
-    assert sonic_conductance(wide.valve, wide.gas) == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize(
     ("key", "value", "C", "within"),
     [
@@ -127,7 +119,7 @@ def test_figures_of_catalogues_give_the_conductance_with_its_accuracy(key, value
     assert note.startswith(f"own: {key} = {value:g} is C = ")
     section["valve"].pop("b")  # 0.3 then
     configuration = validated(merged(BASE, {"cylinders": {"own": OWN | section}}), ())
-    assert configuration.cylinders["own"].valve.C_dm3_per_sbar == pytest.approx(C, rel=2e-3)
+    assert configuration.cylinders["own"].valve.largest_C == pytest.approx(C, rel=2e-3)
     assert uncertainties(configuration)["own"].half_width("b") == pytest.approx(0.15)
     assert "0.3 assumed" in conversion_notes(configuration)[1]
 
@@ -151,7 +143,7 @@ def test_a_valve_keeps_its_area_with_another_gas(gas, ratio):
         ("supply.T_amb_K", 20, "and at most 500; is it in degC?"),
         ("supply.P_s_Pa", 6, "; is it in bar?"),
         ("supply.T_in_K", "25,0", "; decimal point, not comma"),
-        ("cylinders.D.bore_mm", 0.025, "and at most 1000; is it in metres?"),
+        ("cylinders.D.bore_mm", 0.025, "must exceed rod_mm = 10; is it in metres?"),
     ],
 )
 def test_a_message_names_the_likely_cause(path, value, words):
@@ -173,12 +165,6 @@ def test_rod_weight_and_load():
     assert (c.coulomb, c.V_d_A, c.V_d_B) == (4.0, 5e-6, 5e-6)
     c = on_own_cylinder(dead_volume_B_m3=7e-6).plant.cylinder  # a longer hose
     assert c.V_d_B == 7e-6 and c.V_d_A == flat.V_d_A
-
-
-def test_wall_by_its_coefficient():
-    e = on_own_cylinder({"k_0_W_per_K": None, "lambda_0_W_per_m2K": 40.0})
-    area = 2 * math.pi / 4 * 0.025**2 + math.pi * 0.025 * 0.08  # both faces and half the wall
-    assert e.plant.k_0 == pytest.approx(40.0 * area)
 
 
 def test_an_override_of_the_wall_s_conductance_replaces_its_coefficient(tmp_path):
@@ -223,20 +209,16 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
 @pytest.mark.parametrize(
     ("experiment", "changes", "line"),
     [
-        ({}, {"rod_mm": 25.0}, "own.rod_mm = 25.0: must be below bore_mm = 25 and be"),
-        ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with the section valve"),
+        ({}, {"rod_mm": 25.0}, "own.bore_mm = 25.0: must exceed rod_mm = 25"),
+        ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with valve"),
         ({}, {"valve": None}, "k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;"),
         ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min, Q_nN_l_per_min, C_m3"),
-        (
-            {},
-            {"valve": TWO_FLOWS},
-            "own.valve.C_dm3_per_sbar = 1.0: conflicts with Q_n_l_per_min; give only one",
-        ),
+        ({}, {"valve": TWO_FLOWS}, "own.valve.C_dm3_per_sbar = 1.0: conflicts with Q_n_l_per_min; give"),
         ({}, {"open_loop": None}, "experiments.X.loop = 'open': needs the section cylinders.own.open_loop"),
         ({}, {"closed_loop": {"k_p_V_per_m": 1}}, "own.closed_loop.amplitude_mm: missing; must be a number"),
         ({}, {"closed_loop": TWICE}, "own.closed_loop.amplitude_mm = 10.0: conflicts with variance_m2"),
         ({"k_0_W_per_K": None}, {}, "X.k_0_W_per_K: missing; must be catalogue or a number"),
-        ({"lambda_0_W_per_m2K": 40.0}, {}, "X.lambda_0_W_per_m2K = 40.0: conflicts with k_0_W_per_K"),
+        ({"lambda_0_W_per_m2K": 40.0}, {}, "X.k_0_W_per_K = 0.3: conflicts with lambda_0_W_per_m2K"),
         ({"signal": {"kind": "sweep", "from_Hz": 1}}, {}, "X.signal.to_Hz: missing; must be a number"),
         ({"signal": {"kind": "prbs", "hold_s": 1}}, {}, "X.signal.hold_s = 1.0: not allowed with kind: prbs"),
         ({"signal": ABSENT}, {}, "experiments.X.signal.file = 'nowhere.csv': cannot be read"),
@@ -249,16 +231,11 @@ def test_cylinders_that_cannot_be(experiment, changes, line):
     assert str(error.value).startswith(("own.yaml: ", "experiments.X.signal"))
 
 
-def test_an_override_changes_what_it_names_and_nothing_else_and_the_hash(tmp_path):
-    file = tmp_path / "mine.yaml"
-    file.write_text("cylinders: {E: {mass_kg: 7.5}}\nn: [1.2]\n")
-    ours, theirs = load(PAPER, file).model_dump(), load(PAPER).model_dump()
-    assert ours["cylinders"]["E"].pop("mass_kg") == 7.5
-    assert ours.pop("n") == [1.2]
-    theirs["cylinders"]["E"].pop("mass_kg"), theirs.pop("n")
-    assert ours == theirs
-    same, other = study(load(PAPER)), made({"supply": {"T_in_K": 293.5}})
-    assert same.config_sha256 == STUDY.config_sha256 != other.config_sha256
+def test_an_override_changes_what_it_names_and_the_hash():
+    ours, theirs = made({"supply": {"T_in_K": 293.5}}), STUDY
+    assert study(load(PAPER)).config_sha256 == theirs.config_sha256 != ours.config_sha256
+    changed = [e.plant.conditions._replace(T_in=293.0) for e in ours.experiments.values()]
+    assert changed == [e.plant.conditions for e in theirs.experiments.values()]
 
 
 @given(
@@ -299,17 +276,10 @@ def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
 @pytest.mark.parametrize(
     ("override", "line"),
     [
-        ("accuracy: {b: 0.1}", "accuracy = {'b': 0.1}: no longer a key: write b: 0.3 ± 0.1"),
-        (
-            "cylinders: {mine: {k_0_factor: 3}}",
-            "k_0_factor = 3: no longer a key: write it in the experiments",
-        ),
+        ("accuracy: {b: 0.1}", "accuracy = {'b': 0.1}: unknown key"),
         ("cylinders: {mine: {mass_kg: 3 ± 1}}", "mass_kg = '3 ± 1': must be a number"),
         ("cylinders: {mine: {bore_mm: 25 ± -1}}", "'25 ± -1': the uncertainty must be 0 to 10000 %"),
-        (
-            "cylinders: {mine: {bore_mm: 2500 ± 1}}",
-            "bore_mm = 2500.0: must be a number greater than 0 and at",
-        ),
+        ("cylinders: {mine: {bore_mm: 2500 ± 1}}", "bore_mm = 2500.0: must be a number greater than 0"),
     ],
 )
 def test_an_uncertainty_that_cannot_be_is_refused(tmp_path, override, line):

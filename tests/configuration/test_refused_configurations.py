@@ -11,9 +11,9 @@ from pneumo.configuration.schema_parts import merged
 from pneumo.errors import ConfigurationError
 
 NAMES = [f"E{j:02d}" for j in range(1, 17)]
-SHARE, PRESSURE = "a number greater than 0 and less than 1", "a number greater than 0 and at most 5000000"
-STOP = "must lie inside the half-stroke, above {}, and be a number at least -5000 and less than 0"
-LONG = "must be at most 2e+07 steps of step_s = 1e-06 and be a number greater than 0 and at most 100000"
+SHARE = "a number greater than 0 and less than 1"
+STOP = "must lie inside the half-stroke, above {}"
+LONG = "must be at most 2e+07 steps of step_s = 1e-06"
 AVERAGE = "reserved for Table 7's average; choose another name"
 CONDUCTANCE = "catalogue or a number at least 0 and at most 10000; or give lambda_0_W_per_m2K"
 
@@ -33,24 +33,13 @@ CONDUCTANCE = "catalogue or a number at least 0 and at most 10000; or give lambd
         ("n", [], "[]: must be a list (not empty), each a number greater than 0 and at most 3"),
         ("name", "my study", r"'my study': must be text of at most 40 letters, digits, _ and -"),
         ("supply.P_0_per_P_s", "half", f"'half': must be half-bridge or {SHARE}"),
-        ("supply.P_s_Pa", 0.9e5, f"90000.0: must exceed P_atm_Pa = 100000 and be {PRESSURE}"),
+        ("supply.P_s_Pa", 0.9e5, "90000.0: must exceed P_atm_Pa = 100000"),
         ("cylinders.D.settling.stop_mm", -50.0, f"-50.0: {STOP.format(-50)}"),
         ("run.experiments", ["E01", "E99"], f"'E99': no such experiment; there are {', '.join(NAMES)}"),
     ],
 )
 def test_bad_value(path, value, line):
     assert complaint(path, value) == f"mine.yaml: {path} = {line}"
-
-
-def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_no_text():
-    content = copy.deepcopy(BASE)
-    content["cylinders"]["D"]["bore_cm"] = content["cylinders"]["D"].pop("bore_mm")
-    line = error_of(content, ("p.yaml", content))
-    assert re.match(r"p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key, perhaps bore_mm; ", line)
-    override = {"experiments": {17: BASE["experiments"]["E01"]}}
-    line = error_of(merged(BASE, override), ("mine", override))
-    assert line.startswith("mine: experiments.17 = 17: the name must be text")
-    assert error_of(BASE | {17: 1}, ("mine", {17: 1})).startswith("mine: 17 = 17: unknown key")
 
 
 @pytest.mark.parametrize(
@@ -70,6 +59,17 @@ def test_the_file_that_made_a_mistake_is_named_whatever_the_place(path, value, l
     assert complaint(path, value) == f"mine.yaml: {line}"
 
 
+def test_a_wrong_unit_is_told_before_the_key_missing_for_it_and_a_name_that_is_no_text():
+    content = copy.deepcopy(BASE)
+    content["cylinders"]["D"]["bore_cm"] = content["cylinders"]["D"].pop("bore_mm")
+    line = error_of(content, ("p.yaml", content))
+    assert re.match(r"p\.yaml: cylinders\.D\.bore_cm = 20\.0: unknown key, perhaps bore_mm; ", line)
+    override = {"experiments": {17: BASE["experiments"]["E01"]}}
+    line = error_of(merged(BASE, override), ("mine", override))
+    assert line.startswith("mine: experiments.17 = 17: the name must be text")
+    assert error_of(BASE | {17: 1}, ("mine", {17: 1})).startswith("mine: 17 = 17: unknown key")
+
+
 def test_the_last_file_that_sets_a_field_or_makes_a_conflict_is_named(tmp_path):
     low, high = {"supply": {"P_s_Pa": 1.5e5}}, {"supply": {"P_atm_Pa": 2e5}}
     sources = ("base", BASE), ("low", low), ("high", high), ("n", {"n": [1]})
@@ -86,9 +86,9 @@ def test_the_last_file_that_sets_a_field_or_makes_a_conflict_is_named(tmp_path):
 @pytest.mark.parametrize(
     ("other", "words"),
     [
-        ("e01", "differs from E01 by case or look only"),
+        ("e01", "differs from E01 by case only"),
         ("\uff25\uff10\uff11", "must be text"),
-        ("E01\u200d", "cannot be seen"),
+        ("E01\u200d", "must be text"),
     ],
 )
 def test_names_that_look_alike_are_refused(other, words):

@@ -34,8 +34,8 @@ def test_numbers_come_back_exactly(tmp_path_factory, values):
         (b"t,u\n0,nan\n", "line 2: must be a finite number"),
         (b"t,u\n0\n", "line 2: must be a finite number"),
         (b"t;u\n0;1,5\n", "line 2: must be a finite number"),
-        (b"u" + 199_999 * b",u" + b"\n0\n", "has 200000 columns; must have at most 1000"),
-        (b'u\n"' + 200_000 * b"1" + b'"\n', "line 2: must be a finite number"),
+        (b"u,u\n0,1\n", "two columns of that name"),
+        (b"u\n1e999\n", "line 2: must be a finite number"),
     ],
 )
 def test_bad_files(tmp_path, content, line):

@@ -9,8 +9,8 @@ from paper_study import STUDY
 
 from paper.study import kept_evidence
 from paper.study.kept_evidence import KEPT, evidence_for, kept_or_made
-from pneumo.storage.checksums import unlike_sums
 from pneumo.storage.files import write, write_text
+from workflow.jobs.checksums import unlike_sums
 
 OWN = {"config_sha256": STUDY.config_sha256}
 

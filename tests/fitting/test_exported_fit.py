@@ -8,8 +8,7 @@ from exported_c import C_COMPILER, CompiledModel
 
 import pneumo
 from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
-from pneumo.configuration.configured_dynamics import configured_dynamics
-from pneumo.configuration.parameters import load, study
+from pneumo.configuration.parameters import configured_dynamics, load, study
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.physics.valve_dynamics import ValveDynamics
 from pneumo.selection.cylinder_template import TEMPLATE

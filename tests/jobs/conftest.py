@@ -1,6 +1,6 @@
 import pytest
 
-from pneumo.jobs.run_lock import STATE
+from workflow.jobs.run_lock import STATE
 
 
 @pytest.fixture

@@ -6,8 +6,7 @@ import pytest
 from checkout import ROOT
 
 from pneumo.configuration.parameters import read_yaml
-from pneumo.configuration.schema_parts import merged
-from pneumo.jobs.checked_study import as_written, checked_study, results_folder, without_trust
+from workflow.jobs.checked_study import as_written, checked_study, results_folder
 
 
 @pytest.mark.parametrize(
@@ -46,17 +45,3 @@ def test_files_are_read_by_the_rules_of_pneumo_and_not_of_yaml_1_1(monkeypatch, 
     with pytest.raises(SystemExit):
         as_written([tmp_path / "none.yaml"], {})
     assert "none.yaml: cannot be read" in capsys.readouterr().err
-
-
-def test_a_piston_that_cannot_move_is_refused_unless_it_is_trusted(monkeypatch, capsys):
-    monkeypatch.chdir(ROOT)
-    paper = read_yaml(Path("config/paper.yaml"))
-    options, trust = without_trust({"cylinders": {"D": {"load_N": 500}}, "trust": "true"})
-    heavy = merged(paper, options)
-    assert trust and "trust" not in options
-    assert checked_study(heavy, [], options, trust=True).experiments["E01"].plant.cylinder.load == 500
-    with pytest.raises(SystemExit) as end:
-        checked_study(heavy, [], options)
-    line = "pneumo: --config: cylinders.D.load_N = 500.0: the piston cannot move back"
-    assert end.value.code == 2 and capsys.readouterr().err.startswith(line)
-    assert without_trust({"trust": True})[1] and not without_trust({})[1]

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from pneumo.configuration.parameters import load, study, validated
-from pneumo.jobs.fleet_plan import checked_fleet
 from pneumo.selection.cylinder_template import write_table_template
+from workflow.jobs.fleet_plan import checked_fleet
 
 CONFIG = {"cylinders": "fleet.csv"}  # what Snakemake has read
 

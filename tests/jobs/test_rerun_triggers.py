@@ -6,11 +6,11 @@ import grimp
 from checkout import ROOT
 from workflow_scripts import SCRIPTS
 
-from pneumo.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
+from workflow.jobs.rerun_triggers import ASSESSMENT, SIMULATION
 
 RULE = re.compile(r"code=sha256_of\(([^)]*)\).*?scripts/(\w+\.py)", re.DOTALL)
 IMPORTED = re.compile(r"^from ((?:pneumo|paper)\.[\w.]+) import", re.MULTILINE)
-WITHOUT_NUMBERS = ("pneumo/errors", "pneumo/regular_file", "pneumo/jobs")
+WITHOUT_NUMBERS = ("pneumo/errors", "pneumo/regular_file", "workflow/jobs")
 
 
 def test_every_rule_names_the_folders_of_all_that_its_script_imports():
@@ -26,21 +26,3 @@ def test_every_rule_names_the_folders_of_all_that_its_script_imports():
         covered = tuple(f"{folder.removesuffix('.py')}/" for folder in (*folders, *WITHOUT_NUMBERS))
         paths = {module.replace(".", "/") + "/" for module in behind - {"paper.study"}}
         assert not {path for path in paths if not path.startswith(covered)}, script
-
-
-def test_an_edit_of_a_source_changes_its_hash_and_a_compiled_file_does_not(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def made():
-        sha256_of.cache_clear()
-        return sha256_of("room", "file.csv")
-
-    (tmp_path / "room/deep").mkdir(parents=True)
-    for name in ("file.csv", "room/a.py", "room/deep/b.c"):
-        (tmp_path / name).write_text("1")
-    seen = {made()}
-    for name in ("file.csv", "room/a.py", "room/deep/b.c", "room/new.py"):
-        (tmp_path / name).write_text("2")
-        seen.add(made())
-    (tmp_path / "room/a.pyc").write_text("compiled")
-    assert made() in seen and len(seen) == 5

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pneumo.jobs.run_lock import RUN_LOCK, STATE, check_run_folder, job_lock, take_run_lock
+from workflow.jobs.run_lock import RUN_LOCK, STATE, check_run_folder, job_lock, take_run_lock
 
 
 def refusal(capsys, check, *arguments):

@@ -15,8 +15,8 @@ from snakemake.iocontainers import InputFiles, OutputFiles, Params, Wildcards
 from workflow_scripts import SCRIPTS, script
 
 from pneumo.errors import ResultError, RunError
-from pneumo.jobs.wrapper import run_job
 from pneumo.selection.cylinder_template import write_table_template
+from workflow.jobs.wrapper import run_job
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ BUSY = """
 import sys, time
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
-from pneumo.jobs.wrapper import run_job
+from workflow.jobs.wrapper import run_job
 
 def main():
     with ThreadPoolExecutor(1) as pool:
@@ -114,7 +114,8 @@ run_job(main, {"snakemake": job})
 
 def test_an_interrupt_ends_a_job_at_once_without_a_word(run_folder):
     command = [sys.executable, "-c", BUSY]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as busy:
+    options = {"env": os.environ | {"PYTHONPATH": str(SCRIPTS.parents[1])}, "text": True}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options) as busy:
         assert busy.stdout
         assert busy.stdout.readline() == "at work\n"
         busy.send_signal(signal.SIGINT)

@@ -12,16 +12,14 @@ import pytest
 import xarray as xr
 from exported_c import C_COMPILER
 from paper_study import STUDY, lasting
-from typer.testing import CliRunner
 
 from paper.study.pages.verdict_page import verdict_page
 from paper.study.paper_2006 import other_simulators as other
-from pneumo.cli.commands import app
 from pneumo.errors import ResultError
 from pneumo.simulation.excitation import normal_deviates
 from pneumo.simulation.full_order import record
 from pneumo.simulation.signals import PUBLISHED, study_sampling
-from pneumo.storage.grid_layout import replayed_grid
+from pneumo.storage.layout import replayed_grid
 
 NAMES = ("x", "v", "P_A", "T_A", "P_B", "T_B")
 SCALE = np.array([0.1, 1.0, 1e5, 300.0, 1e5, 300.0])
@@ -92,21 +90,6 @@ def test_one_line_for_a_run_that_cannot_be_used(folder, recordings, change, mess
     with pytest.raises(ResultError, match=message) as caught:
         other.read_run(folder / "E13.csv", BRIEF.experiments["E13"])
     assert "\n" not in str(caught.value) and "E13.csv" in str(caught.value)
-
-
-def test_a_run_without_temperatures_has_none(folder, recordings):
-    table_of(recordings["E13"]).drop(columns=["T_A", "T_B"]).to_csv(folder / "E13.csv", index=False)
-    recording, run = other.read_run(folder / "E13.csv", BRIEF.experiments["E13"])
-    assert run["T"].isnull().all() and np.isfinite(recording.states).all()
-
-
-def test_the_command_refuses_an_empty_folder_and_to_record(tmp_path):
-    for arguments, message in (
-        (["--runs", str(tmp_path)], "holds no run such as E01.csv"),
-        (["--runs", str(tmp_path), "--record"], "without --record"),
-    ):
-        with pytest.raises(ResultError, match=message):
-            CliRunner().invoke(app, ["paper", "verdict", *arguments], catch_exceptions=False)
 
 
 def largest(run, recording):

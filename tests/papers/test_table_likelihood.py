@@ -1,18 +1,13 @@
 """The tables' numbers as one vector, printed and from cells; their chi-squares; arguments for misprints."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-import xarray as xr
 from paper_study import STUDY
 
 from paper.study.kept_evidence import KEPT
 from paper.study.paper_2006.numbers_of_tables import TABLES, numbers_of_tables, printed_numbers
 from paper.study.paper_2006.paper_models import PAPER_MODELS
-from paper.study.paper_2006.printed_tables import PAPER_FOLDER, table7, table8
-from paper.study.paper_2006.results import StudyResults
-from paper.study.paper_2006.suspected_misprints import columns_of_table_8
+from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2006.table_likelihood import TableLikelihood
 from pneumo.statistics.averages import OVERALL, at_n, concatenated, statistics
 from pneumo.storage.files import read
@@ -76,19 +71,3 @@ def test_chi_square_of_one_deviation():
     printed = PRINTED["printed"].to_numpy()
     assert LIKELIHOOD.chi_square(printed, ("T8",), "printed") == 0 < LIKELIHOOD.chi_square(printed, ("T8",))
     assert LIKELIHOOD.degrees_of_freedom(("T9",)) == LIKELIHOOD.degrees_of_freedom(("T9",), "printed") - 3
-
-
-@pytest.mark.parametrize("exchanged", [True, False])
-def test_argument_for_exchanged_columns(exchanged):
-    """A study whose n, and whose mean errors at these n, are those of the one or the other column."""
-    printed = table8().reset_coords(drop=True)
-    copy = printed.copy()
-    if exchanged:
-        copy.loc[{"model": ["M8", "M9"]}] = printed.sel(model=["M9", "M8"]).values
-    of_table_7 = table7()["mean_error"].reset_coords(drop=True).sel(model=printed["model"])
-    n = xr.DataArray(np.linspace(1, 1.4, 9).round(2), dims="n", name="n")
-    results = StudyResults(Path(), "published")
-    results.statistics = xr.Dataset({"best_n": copy})
-    mean_error = of_table_7 + 5000.0 * (n.assign_coords(n=n) - copy)  # Table 7's at the study's own n
-    results.cells = xr.Dataset({"mean_error": mean_error})
-    assert columns_of_table_8(results)[0] == exchanged

@@ -36,7 +36,7 @@ def test_rows_hold_the_recommendation_in_mm_and_kPa(index):
     inputs = {"cylinder": "c1", "bore (mm)": 25.0, "stroke (mm)": 250.0, "k₀ (W/K)": 0.3}
     assert inputs.items() <= row.items()
     answer = answered(made(**FIRST))
-    chosen, best = answer.contender(answer.chosen).row, answer.contenders[0].row
+    chosen, best = answer.budget.row(answer.chosen), answer.rows[0]
     assert chosen != best and chosen.model != FULL_ORDER
     assert (row["recommended"], row["n"], row["runs"]) == (chosen.model, chosen.n, 4)
     assert (row["best reduced"], row["as good"]) == (best.model, ", ".join(answer.as_good))
@@ -48,7 +48,7 @@ def test_rows_hold_the_recommendation_in_mm_and_kPa(index):
 
 def test_the_full_order_is_recommended_where_it_is_best(index):
     row = dict(zip(HEADS, fleet_rows(index)[1], strict=True))
-    rows = [contender.row for contender in answered(made(**SECOND)).contenders]
+    rows = answered(made(**SECOND)).rows
     assert (row["recommended"], row["n"], row["best reduced"]) == (FULL_ORDER, None, rows[1].model)
     assert row["expected RMS (kPa)"] == pytest.approx(rows[0].rms / 1e3, rel=1e-3)
     assert row["its expected RMS (kPa)"] == pytest.approx(rows[1].rms / 1e3, rel=1e-3)

@@ -10,10 +10,11 @@ import pytest
 from brief import in_brief
 from page_checks import assert_accessible, assert_readable, in_chromium, stands_alone
 
+from live.build import assembled
 from pneumo import runs
 from pneumo.configuration.parameters import load, study
 from pneumo.configuration.uncertain import uncertainties
-from pneumo.publish.pages.live_page import PAGE, assembled
+from pneumo.publish.pages.page import LIVE_PAGE as PAGE
 from pneumo.selection.answer import answer
 from pneumo.selection.cylinder_ranking import run_study
 from pneumo.selection.plants import configured_plant
@@ -49,14 +50,14 @@ def test_figures_are_those_of_pneumo_study_and_simulate(inputs, tmp_path):
     file.write_text(page["yaml"], encoding="utf-8")
     configuration = load(file)
     plan = study(configuration)._replace(seeds=2).changed(lambda e: e._replace(steps=4000))
-    cells = run_study(plan, 2, uncertain=uncertainties(configuration), traced=False)
+    cells = run_study(plan, 2, uncertain=uncertainties(configuration))
     expected, near = answer(cells, "mine"), 1e-6 * page["swing"]
     assert page["chosen"] == expected.chosen
     assert {*page["good"]} == {expected.chosen, *expected.as_good}
-    for row, contender in zip(page["rows"], expected.contenders, strict=True):
-        assert row["name"] == contender.row.model
+    for row, expected_row in zip(page["rows"], expected.rows, strict=True):
+        assert row["name"] == expected_row.model
         assert [row[key] for key in ("rms", "low", "high")] == pytest.approx(
-            [contender.row.rms, contender.row.low, contender.row.high],
+            [expected_row.rms, expected_row.low, expected_row.high],
             abs=near,
         )
     plant = configured_plant(plan)

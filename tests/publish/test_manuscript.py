@@ -7,8 +7,8 @@ import pytest
 import typst
 from checkout import ROOT
 
+from paper.study.stored_runs import read_json
 from paper.study.text import manuscript as m
-from pneumo.storage.files import read_json
 from pneumo.verdict.facts import headline_text
 
 FOLDER = ROOT / "paper/manuscript"
@@ -48,12 +48,3 @@ def test_it_is_typeset_twice_to_the_same_bytes_on_six_to_eight_pages(project):
     assert one.read_bytes()[:5] == b"%PDF-" and str(project).encode() not in one.read_bytes()
     pages = typst.compile(str(source), root=str(project), format="png", ppi=20, ignore_system_fonts=True)
     assert isinstance(pages, list) and 6 <= len(pages) <= 8
-
-
-def test_a_number_that_is_not_there_is_an_error(project):
-    source = project / "paper/manuscript/wrong.typ"
-    text = (FOLDER / "manuscript.typ").read_text(encoding="utf-8")
-    source.write_text(text + "\n#f.verdict.nonsense\n", encoding="utf-8")
-    with pytest.raises(typst.TypstError, match="nonsense"):
-        m.compile_pdf(source, project, project / "wrong.pdf")
-    assert not (project / "wrong.pdf").exists()

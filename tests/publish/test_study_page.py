@@ -17,11 +17,7 @@ from pneumo.publish.figures.study_figures import budget_bars, budget_figure, cau
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
 from pneumo.publish.text import terminal_tables
-from pneumo.publish.text.terminal_tables import (
-    budget_cells,
-    budget_heads,
-    ranking_cells,
-)
+from pneumo.publish.text.terminal_tables import budget_cells, budget_heads, ranking_rows
 from pneumo.selection.cylinder_template import TEMPLATE
 
 pytestmark = pytest.mark.xdist_group("chromium")  # a page is made once, too
@@ -36,17 +32,12 @@ def page():
 
 def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
     answer = answered(made(unknown={"valve": 50.0}))
-    ranking = answer.ranking
     assert "Take the full order" in page and with_indices(answer.reason) in page
     assert "<code>pneumo export full --config &#39;a&lt;b.yaml&#39;</code>" in page
-    for row in ranking.rows:
-        line = "".join(f"<td>{text}</td>" for text in ranking_cells(row))
-        assert line in page
-    for contender in answer.contenders:
-        line = "".join(f"<td>{text}</td>" for text in budget_cells(contender, answer))
-        assert line in page
+    for row in (*ranking_rows(answer.ranking), *(budget_cells(row, answer) for row in answer.rows)):
+        assert "".join(f"<td>{text}</td>" for text in row) in page
     assert "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])
-    assert page.index("<svg") < page.index(budget_cells(answer.contenders[0], answer)[3])  # bars first
+    assert page.index("<svg") < page.index(budget_cells(answer.rows[0], answer)[3])  # bars first
     assert MARK in page[:1000]
     assert not re.findall(r'(?:src|href)="(?!data:|https://doi\.org/)[^"]*"', page)
     assert "<script" not in page
@@ -77,8 +68,8 @@ def test_the_bar_of_a_model_is_its_expected_error_and_its_line_the_interval():
     answer = answered(made(unknown={"valve": 50.0, "supply": 3.0}, measured={"M6": 5e3}))
     bars = budget_bars(answer)
     assert [*causes(answer)] == ["valve", "supply", "model itself"]
-    for bar, contender in zip(bars, answer.contenders, strict=False):
-        assert bar.row is contender.row and (bar.low, bar.high) == (bar.row.low / 1e3, bar.row.high / 1e3)
+    for bar, row in zip(bars, answer.rows, strict=False):
+        assert bar.row is row and (bar.low, bar.high) == (bar.row.low / 1e3, bar.row.high / 1e3)
         assert sum(width for _, width, _ in bar.parts) == pytest.approx(bar.row.rms / 1e3)
     assert [bar.measured for bar in bars if np.isfinite(bar.measured)] == [5.0]
     ax = budget_figure(answer).axes[0]
@@ -87,10 +78,10 @@ def test_the_bar_of_a_model_is_its_expected_error_and_its_line_the_interval():
 
 def test_cells_of_the_budget():
     answer = answered(made(unknown={"valve": 50.0}, measured={"M8": 2e3}, noise=1e-9))
-    texts = dict(zip(budget_heads(answer), budget_cells(answer.contender("M8"), answer), strict=True))
-    assert texts["all together"] == "7.3" and texts["95 %"] == "7.3 to 7.3" and texts["valve"] == "7.1"
+    texts = dict(zip(budget_heads(answer), budget_cells(answer.budget.row("M8"), answer), strict=True))
+    assert texts["all"] == "7.3" and texts["95 %"] == "7.3 to 7.3" and texts["valve"] == "7.1"
     assert (texts["n"], texts["measured"], texts["model itself"]) == ("1.3", "2", "1.7")
-    full = dict(zip(budget_heads(answer), budget_cells(answer.contender("full order"), answer), strict=True))
+    full = dict(zip(budget_heads(answer), budget_cells(answer.budget.row("full order"), answer), strict=True))
     assert (full["n"], full["measured"], full["model itself"]) == ("", "–", "0")
 
 
@@ -100,7 +91,7 @@ def test_the_table_fits_a_terminal():
     console.print(terminal_tables.budget_table(wide))
     text = console.export_text()
     assert all(f"M{i} " in text for i in range(1, 11)) and "…" not in text
-    assert "full order " in text and "together" in text and "volumes" in text
+    assert "full order " in text and "itself" in text and "volumes" in text
 
 
 @pytest.mark.slow

@@ -8,14 +8,12 @@ import shutil
 import pytest
 from page_checks import Structure, assert_accessible, assert_quiet, assert_readable, in_chromium, stands_alone
 
-from paper.study.pages import STATUS_LOOKS
 from paper.study.pages.verdict_page import SIMULATORS, verdict_page
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
+from paper.study.stored_runs import read_json
 from paper.study.text.explain import cell_text, item_text
-from paper.study.text.verdict_text import deviation_text, size_text
 from pneumo.errors import ResultError
-from pneumo.storage.files import read_json
-from pneumo.verdict.facts import FACT_STATUSES, headline_text
+from pneumo.verdict.facts import headline_text
 
 pytestmark = pytest.mark.xdist_group("printed")
 
@@ -65,14 +63,6 @@ def test_a_reader_sees_the_headline_then_table_7_then_facts_worst_first(judged, 
     assert len(re.sub("<[^>]*>", " ", text).split()) < 2500  # words that are not folded
 
 
-def test_red_is_for_what_differs_without_an_explanation():
-    assert list(STATUS_LOOKS) == list(FACT_STATUSES)
-    assert [status for status, (look, *_) in STATUS_LOOKS.items() if look == "missed"] == [
-        "differs, unexplained"
-    ]
-    assert len({symbol for _, symbol, _ in STATUS_LOOKS.values()}) == len(STATUS_LOOKS)
-
-
 def test_other_simulators_stand_beside_with_their_scores(judged, page, tmp_path):
     part = page.partition('<h2 id="simulators">')[2].partition("</details>")[0]
     rows = re.findall(r'<th scope="row">(.*?)</th>(.*?)</tr>', part)
@@ -103,29 +93,6 @@ def test_text_is_escaped(judged, page):
     spoilt = judged | {"assumptions": ledger | {name: ledger[name] | {"unit": "<b>kg</b>"}}}
     text = verdict_page(spoilt, PAPER_FOLDER)
     assert "&lt;b&gt;kg&lt;/b&gt;" in text and "<b>kg</b>" not in text
-
-
-def test_the_size_of_a_deviation_is_told_in_per_cent_and_in_seed_deviations():
-    assert [deviation_text(value) for value in (0.0123, -0.5, 1e-9, None)] == ["+1.23 %", "-50 %", "0 %", ""]
-    fact = {
-        "agree": 2,
-        "judged": 3,
-        "items": 4,
-        "chi_square": 30.1,
-        "left": 28.7,
-        "largest": 0.04,
-        "seeds": 3.3,
-    }
-    words = "2 of 3 agree; 1 not run; χ² 30 for 29 degrees of freedom; largest deviation +4.00 %"
-    assert size_text(fact) == f"{words}; at most 3.3 seed deviations"
-    alone = fact | {"judged": 1, "items": 1, "chi_square": None, "largest": None, "seeds": None}
-    assert size_text(alone) == ""
-
-
-def test_another_study_says_so(judged):
-    none = dict.fromkeys(("wrong_row", "transport", "by_experiment"))
-    text = verdict_page(judged | {"study": "smoke", "highlights": judged["highlights"] | none}, PAPER_FOLDER)
-    assert "not the paper's" in text and "Finding 1" not in text
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,6 @@
 """`pneumo study` and `pneumo init`: what is chosen, where it is written, what the template holds."""
 
 import re
-from math import pi
 
 import pytest
 import xarray as xr
@@ -9,9 +8,9 @@ import yaml
 from bad_input import fields
 from paper_study import STUDY
 
-from pneumo.catalogue import default_conductance
 from pneumo.configuration.parameters import load, study, validated
 from pneumo.errors import InputError
+from pneumo.notebook import ModelStudy
 from pneumo.publish.pages.study_page import MARK, check_folder, save_study
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import TITLE, joined, run_study, selected, simulated_time
@@ -37,24 +36,14 @@ def cells(short):
     return run_study(short, threads=2)
 
 
-def test_template_is_a_25_by_160_cylinder_with_a_catalogue_valve_and_init_writes_once(template, tmp_path):
-    open_, closed = template.experiments.values()
-    c = open_.plant.cylinder
-    assert (c.bore, c.stroke) == pytest.approx((0.025, 0.16))
-    assert open_.plant.gas.elliptic and open_.plant.gas.critical_ratio == 0.3
-    assert open_.plant.k_0 == closed.plant.k_0 == default_conductance(c).k_0
-    assert closed.drive.closed_loop and not open_.drive.closed_loop
-    # The load is the atmosphere's on the rod.
-    assert c.load == pytest.approx(-pi / 4 * 0.01**2 * 101325)
+def test_init_writes_once(tmp_path):
     file = tmp_path / "new" / "my.yaml"
     write_template(file)
     assert file.read_bytes() == TEMPLATE.read_bytes()
-    file.write_text("mine")
-    with pytest.raises(InputError, match=r"my\.yaml: already exists"):
-        write_template(file)
-    assert file.read_text() == "mine"
-    with pytest.raises(InputError, match="cannot be written"):
-        write_template(file / "below.yaml")
+    for wrong, words in ((file, r"my\.yaml: already exists"), (file / "below.yaml", "cannot be written")):
+        with pytest.raises(InputError, match=words):
+            write_template(wrong)
+    assert file.read_bytes() == TEMPLATE.read_bytes()
 
 
 @pytest.fixture
@@ -131,3 +120,10 @@ def test_foreign_files_stay(tmp_path, cells):
     write(cells[["mse"]], tmp_path / "study.nc", {"title": "other", "summary": "", "config_sha256": ""})
     with pytest.raises(InputError, match=r"study\.nc: not written by"):
         check_folder(tmp_path)
+
+
+def test_a_study_without_an_answer_has_no_figure(short, cells):
+    study_of = ModelStudy(short, cells, load(TEMPLATE))  # no cylinders were drawn
+    for cylinder, words in ((None, "mine: no model to show"), ("theirs", "must be one of mine")):
+        with pytest.raises(InputError, match=words):
+            study_of.plot(cylinder)

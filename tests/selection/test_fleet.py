@@ -1,18 +1,23 @@
 """Fleets: blocks hold what single studies hold, whatever the threads; one cylinder is found again."""
 
-import json
-
 import numpy as np
 import pytest
 import xarray as xr
 
 from pneumo.configuration.parameters import load, study
 from pneumo.configuration.uncertain import Uncertain
-from pneumo.errors import InputError, ResultError
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.cylinder_template import write_table_template
-from pneumo.selection.fleet import CELLS, DRAWS, fleet_index, run_block, stored_cylinder, studies_of, together
+from pneumo.selection.fleet import (
+    CELLS,
+    DRAWS,
+    RANKED,
+    fleet_index,
+    run_block,
+    studies_of,
+    together,
+)
 from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.storage.files import write
 
@@ -45,16 +50,6 @@ def block(half_failing):
     return run_block(half_failing, threads=2, uncertain=UNKNOWN)
 
 
-@pytest.fixture
-def results(block, tmp_path):
-    """A folder with two blocks, each of one cylinder, and their index."""
-    blocks = {"000000": block.isel(cylinder=[0]), "000001": block.isel(cylinder=[1])}
-    for name, part in blocks.items():
-        write(part, tmp_path / "fleet" / f"{name}.nc", {"config_sha256": name})
-    write(fleet_index(blocks), tmp_path / "fleet.nc", {"config_sha256": ""})
-    return tmp_path
-
-
 def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing, block):
     xr.testing.assert_identical(block, run_block(half_failing, threads=1, uncertain=UNKNOWN))
     assert list(studies_of(short)) == ["first", "second"]
@@ -66,23 +61,19 @@ def test_a_block_holds_what_the_study_of_each_cylinder_holds(short, half_failing
         assert mine[name].dtype == np.float32 and (mine[name].values.shape == alone[name].values.shape)
         np.testing.assert_array_equal(mine[name].values, alone[name].values.astype(np.float32))
     assert (mine["status"].values == alone["status"].values).all()
-    assert not [name for name in block if str(name).startswith("trace_")] and "pressure" not in block
     (answer,) = answers(alone)
     ranking = answer.ranking
     assert (mine["recommended"].item(), int(mine["runs"])) == (answer.chosen, ranking.runs)
     assert mine["as_good"].item() == ", ".join(answer.as_good)
-    full_order = answer.contender(FULL_ORDER).row.rms
+    full_order = answer.budget.row(FULL_ORDER).rms
     assert mine["expected_rms_of_full_order"].item() == pytest.approx(full_order, rel=1e-5)
-    for row in ranking.rows:
-        stored = mine.sel(model=row.model)
-        assert (stored["place"], stored["failed"]) == (row.place, row.failed)
+    for model, row in ranking.table.iterrows():
+        stored, expected = mine.sel(model=model), answer.budget.row(model)
         # Four bytes have 24 binary digits.
-        expected = answer.contender(row.model).row
         found = [stored["expected_rms"].item(), stored["expected_n"].item()]
         assert found == pytest.approx([expected.rms, expected.n], rel=1e-5, nan_ok=True)
-        for name, interval in (("best_mse", row.mse), ("over_best", row.over_best)):
-            ends = [stored[f"{name}{end}"].item() for end in ("", "_low", "_high")]
-            assert ends == pytest.approx(list(interval), rel=1e-5)
+        for name in RANKED:
+            assert stored[name].item() == pytest.approx(row[name], rel=1e-5, nan_ok=True)
 
 
 def test_each_cylinder_is_drawn_from_what_is_known_about_it(short, block):
@@ -90,7 +81,7 @@ def test_each_cylinder_is_drawn_from_what_is_known_about_it(short, block):
     named = {f"first-{name}": experiment for name, experiment in first.experiments.items()}
     unknown = {"first": Uncertain(("k_0",), ((0.25,),))}
     wide = run_block(short._replace(experiments=named), threads=2, uncertain=unknown)
-    expected = run_study(first, threads=2, uncertain=unknown, traced=False, draws=DRAWS)["mse_drawn"]
+    expected = run_study(first, threads=2, uncertain=unknown, draws=DRAWS)["mse_drawn"]
     assert np.array_equal(wide["mse_drawn"].values[0], expected.values.astype(np.float32))
 
 
@@ -103,38 +94,6 @@ def test_a_cylinder_whose_runs_fail_is_told_and_leaves_the_others_alone(short, b
     assert index["failed_runs"].values.tolist() == [0, 4]
     whole = run_block(short, threads=2)
     xr.testing.assert_equal(whole["mse"].sel(cylinder="first"), block["mse"].sel(cylinder="first"))
-
-
-def test_a_cylinder_is_found_again_with_its_study_and_traces(short, results, block):
-    cylinder, cells = stored_cylinder(results, "first")
-    assert cylinder == studies_of(short)["first"]
-    alone = run_study(cylinder, threads=1, uncertain=UNKNOWN, draws=DRAWS)
-    assert set(cells.variables) == set(alone.variables)
-    traces = "trace_t", "trace_x", "trace_P", "trace_pressure"
-    for name in (*traces, "seed", "k_0", "cylinder", "time_constant"):
-        xr.testing.assert_equal(cells[name].drop_vars("cylinder"), alone[name].drop_vars("cylinder"))
-    (again,), stored = answers(cells), block.sel(cylinder="first")
-    assert (again.reason, "\n".join(again.advice)) == (stored["reason"].item(), stored["advice"].item())
-    assert stored["bore"] == next(iter(cylinder.experiments.values())).plant.cylinder.bore
-    # Both from what was kept, in eight bytes: four would leave 6e-8.
-    errors = {row.model: row.mse.value for row in again.ranking.rows}
-    assert stored["best_mse"].sel(model=list(errors)).values == pytest.approx([*errors.values()], rel=1e-12)
-    assert cells["mse"].dtype == float
-    assert json.loads(block["parameters"].values[0])["n"] == [1.2, 1.3]
-    _, cells = stored_cylinder(results, FAILING)
-    assert answers(cells)[0].chosen == ""
-
-
-def test_what_is_not_there_or_does_not_belong_together_is_refused(results):
-    words = r"'third': no such cylinder in .*fleet\.nc; there are first, second"
-    with pytest.raises(InputError, match=words):
-        stored_cylinder(results, "third")
-    (results / "fleet/000000.nc").write_bytes((results / "fleet/000001.nc").read_bytes())
-    with pytest.raises(ResultError, match=r"000000\.nc: does not belong to"):
-        stored_cylinder(results, "first")
-    (results / "fleet/000000.nc").unlink()
-    with pytest.raises(ResultError, match=r"000000\.nc: no such file"):
-        stored_cylinder(results, "first")
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ import xarray as xr
 from paper_study import STUDY, lasting
 from workflow_scripts import script
 
-from pneumo.selection import cylinder_ranking
 from pneumo.selection.cylinder_ranking import one_run, run_study, seeds_of
 from pneumo.simulation.full_order import DIVERGED
 from pneumo.simulation.replay import NO_RUN
@@ -36,8 +35,6 @@ def test_first_run_is_the_workflows_bit_for_bit_whatever_the_threads(runs, tmp_p
     with xr.open_dataset(replayed) as theirs:
         for name in CELLS:
             np.testing.assert_array_equal(mine[name].values, theirs[name].values, err_msg=name)
-        stored = theirs["pressure"].values[..., : 2000 // 50 + 1]
-        assert np.array_equal(mine["trace_pressure"].values[..., : 2000 // 50 + 1], stored)
     assert np.isfinite(mine["mse"].values).all() and (mine["mse"].values > 0).all()
     # Threads do not matter.
     again = repeated([lasting("E02", 2.0), lasting("E01", 1.0)], threads=1)
@@ -49,7 +46,7 @@ def test_runs_differ_in_their_seed_alone_and_more_begin_with_the_same(runs):
     assert seeds == seeds_of(lasting("E02", 2.0), 3)
     assert seeds[0] == 666 and len(set(seeds)) == 3
     e = lasting("E02", 2.0)
-    alone = one_run(e.with_seed(seeds[2]), STUDY.n, traced=False)
+    alone = one_run(e.with_seed(seeds[2]), STUDY.n)
     assert np.array_equal(runs["mse"].sel(experiment="E02").isel(run=2).values, alone["mse"].values)
     assert len(np.unique(runs["mse"].sel(experiment="E02", model="M1", n=1.0, chamber="A"))) == 3
     assert seeds_of(lasting("E02", 2.0), 9)[:4] == seeds_of(lasting("E02", 2.0), 4)
@@ -72,12 +69,3 @@ def test_a_signal_that_is_not_random_runs_once_and_a_run_that_fails_is_a_status(
     assert (cells["run_status"] == DIVERGED).all() or (cells["run_status"] > 0).all()
     assert (cells["status"] == NO_RUN).all() and cells["mse"].isnull().all()
     assert (cells["run_failure_time"] > 0).all()
-
-
-def test_traces_are_the_start_of_the_first_run(runs):
-    cell = runs.sel(experiment="E01")
-    kept = cell["trace_t"].notnull().values
-    assert cell.sizes["sample"] == cylinder_ranking.TRACED_SAMPLES and kept.sum() == 1000 // 50 + 1
-    assert cell["trace_t"].values[kept][-1] == pytest.approx(1.0)
-    P = cell["trace_P"].values[:, kept]
-    assert (P[:, 0] == STUDY.experiments["E01"].plant.conditions.P_0).all() and np.ptp(P) > 1e4

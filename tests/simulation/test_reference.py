@@ -14,7 +14,7 @@ from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.reference import replay_lane
 from pneumo.simulation.replay import LEFT_RANGE, NO_RUN, OK, STATUS, replay, replay_one_by_one
 from pneumo.simulation.tableau import DORMAND_PRINCE
-from pneumo.storage.grid_layout import replay_dataset
+from pneumo.storage.layout import replay_dataset
 
 LANES, INDEX = grid_lanes(STUDY.n, 1.4)
 EPS = np.finfo(float).eps

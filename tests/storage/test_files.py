@@ -18,6 +18,7 @@ from paper_study import STUDY, lasting
 import pneumo
 from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
+from paper.study.stored_runs import datum_dataset, read_json, read_study
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.study_json import to_json
 from pneumo.errors import ResultError
@@ -27,9 +28,8 @@ from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 from pneumo.statistics.averages import statistics
-from pneumo.storage.files import attributes, open_grid, read, read_json, read_study, write, write_text
-from pneumo.storage.grid_layout import replay_dataset
-from pneumo.storage.layout import datum_dataset, recording_from
+from pneumo.storage.files import attributes, open_grid, read, write, write_text
+from pneumo.storage.layout import replay_dataset
 
 NAMES = ["E06", "E13", "E14"]  # short settling runs; both loops
 ATTRIBUTES = {"title": "A test", "summary": "of files", "config_sha256": "0" * 64}
@@ -83,16 +83,6 @@ def test_what_is_written_comes_back_and_long_traces_are_thinned(tmp_path):
     assert f"every {every} steps" in dataset["t"].attrs["comment"]
     assert set(long.states[::every, 0]) <= set(dataset["x"].values)
     assert dataset["release_time"] == run.release_step * e.h
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_run_made_again_is_the_stored_one_to_the_last_bit(results, tmp_path, name):
-    e, file = lasting(name, 1.0), results / f"datum/{name}.nc"
-    stored, recording = recording_from(read(file), e), record(e)
-    for series in ("states", "reference", "u"):
-        assert np.array_equal(getattr(stored, series), getattr(recording, series))
-    write(datum_dataset(e, recording), tmp_path / "again.nc", attributes(*ATTRIBUTES.values(), e))
-    assert (tmp_path / "again.nc").read_bytes() == file.read_bytes()
 
 
 @pytest.mark.parametrize("kind", KINDS)

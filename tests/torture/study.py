@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tests.checkout import PNEUMO, copy_checkout
-from tests.torture.compare import compared_files
+
+NOT_COMPARED = {"logs", "evidence", "SHA256SUMS", "README.md"}  # times, hosts, measurements
+
+
+def compared_files(results: Path) -> list[str]:
+    """Return the names of all files of a study that must not change, relative to its folder."""
+    files = (file.relative_to(results) for file in results.rglob("*") if file.is_file())
+    return sorted(str(file) for file in files if not NOT_COMPARED & set(file.parts))
 
 
 class Done(NamedTuple):
@@ -68,10 +75,6 @@ class Study:
         """SHA-256 of every file of results that must not change."""
         names = compared_files(self.results)
         return {name: hashlib.sha256((self.results / name).read_bytes()).hexdigest() for name in names}
-
-    def size(self) -> int:
-        """Bytes of all results."""
-        return sum(file.stat().st_size for file in self.results.rglob("*") if file.is_file())
 
     def clear(self) -> None:
         """Remove results and the workflow's memory."""

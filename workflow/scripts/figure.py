@@ -3,9 +3,9 @@
 from pathlib import Path
 from pkgutil import resolve_name
 
-from pneumo.jobs.wrapper import run_job
 from pneumo.publish.style import save
 from pneumo.storage.files import read
+from workflow.jobs.wrapper import run_job
 
 
 def main(results: Path, draw: str, figure: list[Path]) -> None:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from paper.study.figures.saved_figures import save_figures
-from pneumo.jobs.wrapper import run_job
+from workflow.jobs.wrapper import run_job
 
 
 def main(svg: list[Path]) -> None:

@@ -5,10 +5,10 @@ from typing import Any
 
 from pneumo.configuration.parameters import study, validated
 from pneumo.configuration.uncertain import uncertainties
-from pneumo.jobs.wrapper import run_job
 from pneumo.selection.fleet import run_block
 from pneumo.storage.files import attributes, write
-from pneumo.storage.grid_layout import same_at_every_n
+from pneumo.storage.layout import same_at_every_n
+from workflow.jobs.wrapper import run_job
 
 
 def main(content: dict[str, Any], cells: Path, threads: int) -> None:

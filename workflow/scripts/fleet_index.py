@@ -3,10 +3,10 @@
 import hashlib
 from pathlib import Path
 
-from pneumo.jobs.wrapper import run_job
 from pneumo.publish.pages.fleet_page import fleet_page
 from pneumo.selection.fleet import INDEXED, fleet_index
 from pneumo.storage.files import attributes, read, write, write_text
+from workflow.jobs.wrapper import run_job
 
 
 def main(blocks: list[Path], name: str, index: Path, page: Path) -> None:

@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 
 from paper.study.text.manuscript import compile_pdf, manuscript_numbers
-from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import write_text
+from workflow.jobs.wrapper import run_job
 
 
 def main(parameters: Path, verdict: Path, frozen: Path, source: Path, numbers: Path, pdf: Path) -> None:

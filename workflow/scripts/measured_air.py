@@ -4,8 +4,8 @@ from functools import partial
 from pathlib import Path
 
 from paper.study.measured_air import measured_air
-from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
+from workflow.jobs.wrapper import run_job
 
 
 def main(records: list[Path], cells: Path) -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 import xarray as xr
 
 from paper.study.closed_records import is_still, judged, read_closed_record
-from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
+from workflow.jobs.wrapper import run_job
 
 
 def main(records: list[Path], cells: Path) -> None:

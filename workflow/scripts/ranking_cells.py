@@ -5,8 +5,8 @@ from typing import Any
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.uncertain import Uncertain
-from pneumo.jobs.wrapper import run_job
 from pneumo.selection.cylinder_ranking import run_study, save_cells, selected
+from workflow.jobs.wrapper import run_job
 
 
 def main(study: Study, cylinder: str, known: list[Any], cells: Path, threads: int) -> None:

@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
-from pneumo.jobs.wrapper import run_job
+from paper.study.stored_runs import read_study
 from pneumo.publish.pages.study_page import study_page
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import joined
-from pneumo.storage.files import read, read_study, write_text
+from pneumo.storage.files import read, write_text
+from workflow.jobs.wrapper import run_job
 
 
 def main(parameters: Path, cells: list[Path], page: Path) -> None:

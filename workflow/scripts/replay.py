@@ -3,10 +3,10 @@
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from paper.study.stored_runs import read_study, recording_from
 from paper.study.trace_layout import write_replays
-from pneumo.jobs.wrapper import run_job
-from pneumo.storage.files import read, read_study
-from pneumo.storage.layout import recording_from
+from pneumo.storage.files import read
+from workflow.jobs.wrapper import run_job
 
 
 def main(parameters: Path, datum: list[Path], cells: list[Path], threads: int) -> None:

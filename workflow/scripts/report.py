@@ -4,8 +4,9 @@ from pathlib import Path
 
 from paper.study.kept_evidence import made
 from paper.study.pages.report_page import report_page, stored_parts
-from pneumo.jobs.wrapper import run_job
-from pneumo.storage.files import read_json, read_study, write_text
+from paper.study.stored_runs import read_json, read_study
+from pneumo.storage.files import write_text
+from workflow.jobs.wrapper import run_job
 
 
 def main(

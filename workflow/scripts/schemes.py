@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from pneumo.jobs.wrapper import run_job
+from workflow.jobs.wrapper import run_job
 
 
 def main(schemes: list[Path], figures: list[Path]) -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
 from pneumo.configuration.experiment import Study
-from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, read, write
+from workflow.jobs.wrapper import run_job
 
 
 def main(study: Study, runs: list[Path], table: Path) -> None:

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from paper.study.paper_2007.simulated_example import example
-from pneumo.jobs.wrapper import run_job
 from pneumo.storage.files import attributes, write
+from workflow.jobs.wrapper import run_job
 
 
 def main(response: Path) -> None:

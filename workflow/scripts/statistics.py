@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from pneumo.jobs.wrapper import run_job
+from paper.study.stored_runs import read_study
 from pneumo.statistics.averages import statistics
-from pneumo.storage.files import attributes, open_grid, read_study, write
+from pneumo.storage.files import attributes, open_grid, write
+from workflow.jobs.wrapper import run_job
 
 
 def main(parameters: Path, tables: list[Path]) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from pneumo.publish.figures.panels import legend_outside
+from paper.study.figures.parts import legend_outside
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, axis_label, new_figure, paper_style
 
 LOOKS: dict[str, dict[str, Any]] = {

@@ -5,7 +5,7 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
-from pneumo.publish.figures.panels import legend_outside
+from paper.study.figures.parts import legend_outside
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, axis_label, new_figure, paper_style
 
 LOOKS: dict[str, dict[str, Any]] = {

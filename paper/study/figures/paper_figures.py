@@ -13,25 +13,25 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from paper.study.labels import SOURCES
-from paper.study.settling_run import CRITERION
-from pneumo.publish.figures.panels import MSE, SOURCE_OF, decades, legend_outside, message_figure, model_ticks
-from pneumo.publish.model_looks import ALL_BUT_M4, BEST_MODELS, MODEL_LOOKS
-from pneumo.publish.style import (
-    ACCENT,
-    DOUBLE_MM,
-    GREY,
-    INK,
-    SINGLE_MM,
+from paper.study.figures.parts import (
+    ALL_BUT_M4,
+    BEST_MODELS,
+    MSE,
     SOURCE_BAR,
     SOURCE_MARKER,
-    axis_label,
-    new_figure,
-    paper_style,
+    SOURCE_OF,
+    decades,
+    legend_outside,
+    message_figure,
+    model_ticks,
 )
+from paper.study.labels import SOURCES
+from paper.study.settling_run import CRITERION
+from paper.study.stored_runs import failure_text
+from pneumo.publish.model_looks import MODEL_LOOKS
+from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, SINGLE_MM, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
 from pneumo.statistics.averages import OVERALL
-from pneumo.storage.layout import failure_text
 
 READ_OFF = "read off the printed figure"
 

@@ -5,8 +5,9 @@ from pathlib import Path
 from paper.study.figures import paper_figures, traces_figure
 from paper.study.labels import STUDY_SAMPLING, shown
 from paper.study.paper_2006.printed_tables import table7, table9, traces_of_fig_7, with_percentiles
+from paper.study.stored_runs import read_study
 from pneumo.publish.style import save
-from pneumo.storage.files import read, read_study
+from pneumo.storage.files import read
 
 
 def save_figures(results: Path) -> None:

@@ -8,9 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from paper.study.figures.parts import FIRST_SHOWN
 from paper.study.labels import STUDY_SAMPLING
 from paper.study.pages import STATUS_LOOKS, STUDY_TEMPLATES
 from paper.study.pages.packing import FRACTION, packed, rounded, rounding_step
+from paper.study.stored_runs import failure_text
 from paper.study.trace_layout import (
     COMMON_N,
     close_up,
@@ -20,11 +22,11 @@ from paper.study.trace_layout import (
 )
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
-from pneumo.publish.model_looks import FIRST_SHOWN, MODEL_LOOKS, on_dark
+from pneumo.publish.model_looks import MODEL_LOOKS, on_dark
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO
 from pneumo.storage.files import read
-from pneumo.storage.layout import CHAMBERS, failure_text
+from pneumo.storage.layout import CHAMBERS
 
 OPENING = (
     "E12"  # run on which the paper's report opens, at its close-up: a typical conductance, in closed loop

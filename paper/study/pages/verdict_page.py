@@ -5,6 +5,7 @@ The paper's ``page.yaml`` has the headings, its ``findings.html.j2`` the finding
 """
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -77,6 +78,8 @@ def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[st
         origins=ORIGINS,
         bases=BASES,
         size=size_text,
+        ordinal=lambda number: {1: "", 2: "second", 3: "third"}.get(number, f"{number}th"),
+        on_log_axis=axis_fraction,
         off=deviation_text,
         beside=_beside(page.beside, verdict["items"]) if page.beside else {},
         members=items,
@@ -94,3 +97,8 @@ def _beside(beside: Beside, items: Sequence[Mapping[str, Any]]) -> dict[str, lis
             shown = item["shown"].split(" ", 1)[0]
             rows.setdefault(row, []).append(Pair(item["id"], item["printed"], shown, ratio))
     return rows
+
+
+def axis_fraction(value: float, lowest: float, highest: float) -> float:
+    """Position of a value on a logarithmic axis, from 0 at `lowest` to 1 at `highest`, limited to these."""
+    return min(max(math.log(value / lowest) / math.log(highest / lowest), 0.0), 1.0)

@@ -12,6 +12,7 @@ from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2006.results import PrintedTables, StudyResults
 from paper.study.paper_2006.summary import EXPERIMENTS, fit, scores
+from paper.study.stored_runs import datum_dataset
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import ResultError, printable
 from pneumo.regular_file import regular_file
@@ -19,8 +20,7 @@ from pneumo.simulation.full_order import Recording
 from pneumo.simulation.signals import PUBLISHED, study_sampling
 from pneumo.statistics.averages import OVERALL, concatenated, statistics
 from pneumo.storage.files import check_sizes
-from pneumo.storage.grid_layout import replayed_grid
-from pneumo.storage.layout import datum_dataset
+from pneumo.storage.layout import replayed_grid
 from pneumo.verdict.judging import Item, Paper, Sources, verdict
 from pneumo.verdict.sources import MissingEvidence
 

@@ -34,8 +34,8 @@ def causes(answer: Answer) -> dict[str, str]:
 def budget_bars(answer: Answer) -> list[Bar]:
     """Bar of each model whose expected error is at most four times the lowest one."""
     bars: list[Bar] = []
-    for row in (contender.row for contender in answer.contenders):
-        if row.rms > MOST_SHOWN * answer.contenders[0].row.rms:
+    for row in answer.rows:
+        if row.rms > MOST_SHOWN * answer.rows[0].rms:
             continue
         squares = [*(row.part(group) ** 2 for group in answer.budget.groups), row.own**2]
         ends = row.rms / KILO * np.cumsum([0.0, *squares]) / (sum(squares) or 1.0)

@@ -1,6 +1,5 @@
 """Templates of all pages and their filters."""
 
-import math
 import re
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from pneumo.publish.text.formatting import percent_text
 from pneumo.verdict.claims import UNITS_IN_TEXT
 
 TEMPLATES = Path(__file__).parent / "templates"
+LIVE_PAGE = Path(__file__).parent / "live.html"  # made by `make live`
 
 
 def page_text(template: str, *folders: Path, **content: Any) -> str:
@@ -19,16 +19,10 @@ def page_text(template: str, *folders: Path, **content: Any) -> str:
     lines: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
     loader = FileSystemLoader([TEMPLATES, *folders])
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, **lines)
-    filters: dict[str, Any] = {"math": with_indices, "percent": percent_text, "on_log_axis": axis_fraction}
+    filters: dict[str, Any] = {"math": with_indices, "percent": percent_text}
     filters["unit"] = lambda unit: UNITS_IN_TEXT.get(unit, unit)
-    filters["ordinal"] = lambda number: {1: "", 2: "second", 3: "third"}.get(number, f"{number}th")
     environment.filters.update(filters)
     return environment.get_template(template).render(**content)
-
-
-def axis_fraction(value: float, lowest: float, highest: float) -> float:
-    """Position of a value on a logarithmic axis, from 0 at `lowest` to 1 at `highest`, limited to these."""
-    return min(max(math.log(value / lowest) / math.log(highest / lowest), 0.0), 1.0)
 
 
 def with_indices(text: str) -> Markup:

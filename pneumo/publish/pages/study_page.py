@@ -8,7 +8,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.parameters import sonic_conductance
 from pneumo.errors import InputError, ResultError
-from pneumo.publish.figures.study_figures import budget_bars, causes
+from pneumo.publish.figures.study_figures import MOST_SHOWN, budget_bars, causes
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO, percent_text
 from pneumo.publish.text.terminal_tables import (
@@ -16,10 +16,10 @@ from pneumo.publish.text.terminal_tables import (
     STUDY_HEADS,
     budget_cells,
     budget_heads,
-    ranking_cells,
+    ranking_rows,
 )
 from pneumo.selection.answer import Answer, export_command
-from pneumo.selection.cylinder_ranking import TITLE, save_cells
+from pneumo.selection.cylinder_ranking import REST, TITLE, save_cells
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.statistics.ranking import MATERIAL, Ranking
 from pneumo.storage.files import read, write_text
@@ -47,13 +47,15 @@ def study_page(study: Study, answers: Sequence[Answer], commands: Sequence[str] 
         parts=parts,
         causes=causes,
         heads=STUDY_HEADS,
-        cells=ranking_cells,
+        ranking_rows=ranking_rows,
         budget_title=BUDGET_TITLE,
         budget_heads=budget_heads,
         budget_cells=budget_cells,
         confidence=percent_text(CONFIDENCE),
         material=percent_text(MATERIAL),
         kilo=KILO,
+        most_shown=f"{MOST_SHOWN:g}",
+        rest=REST,
     )
 
 

@@ -13,9 +13,10 @@ from pneumo.configuration.experiment import Study
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
-from pneumo.selection.answer import Answer, Contender, export_command
+from pneumo.selection.answer import Answer, export_command
+from pneumo.statistics.error_budget import Row
 from pneumo.statistics.intervals import Interval
-from pneumo.statistics.ranking import RankedModel
+from pneumo.statistics.ranking import Ranking
 
 
 def _table(
@@ -38,48 +39,54 @@ BUDGET_TITLE = (
 )
 
 
-def ranking_cells(row: RankedModel) -> list[str]:
-    """Cells of a model's row, by `STUDY_HEADS`."""
-    if not np.isfinite(row.mse.value):
-        return ["–", row.model, "–", "–", f"failed in {row.failed} runs", "–", "–", "–"]
-    mse, _, high = (value / KILO**2 for value in row.mse)
-    over = no_exponent(row.over_best.value)
-    if row.place > 1 and row.over_best.known:
-        over += f" ({no_exponent(row.over_best.low)} to {no_exponent(row.over_best.high)})"
-    return [
-        str(row.place),
-        row.model,
-        f"{row.n:g}" if np.isfinite(row.n) else "–",
-        no_exponent(mse**0.5),
-        f"{no_exponent(mse)} ± {no_exponent(high - mse)}" if row.mse.known else no_exponent(mse),
-        over,
-        *(no_exponent(value / KILO) for value in row.rms),
-    ]
+def ranking_rows(ranking: Ranking) -> list[list[str]]:
+    """Cells by `STUDY_HEADS`, a row per model, best first."""
+    rows: list[list[str]] = []
+    for model, cells in ranking.table.iterrows():
+        row = {str(name): float(value) for name, value in cells.items()}
+        if not np.isfinite(row["best_mse"]):
+            rows.append(["–", str(model), "–", "–", f"failed in {row['failed']:g} runs", "–", "–", "–"])
+            continue
+        mse, half = row["best_mse"] / KILO**2, (row["best_mse_high"] - row["best_mse"]) / KILO**2
+        over, known = no_exponent(row["over_best"]), ranking.runs > 1
+        if row["place"] > 1 and known:
+            over += f" ({no_exponent(row['over_best_low'])} to {no_exponent(row['over_best_high'])})"
+        n = f"{row['best_n']:g}" if np.isfinite(row["best_n"]) else "–"
+        error = f"{no_exponent(mse)} ± {no_exponent(half)}" if known else no_exponent(mse)
+        chambers = (no_exponent(row[name] / KILO) for name in ("rms_A", "rms_B"))
+        rows.append([f"{row['place']:g}", str(model), n, no_exponent(mse**0.5), error, over, *chambers])
+    return rows
 
 
 def budget_heads(answer: Answer) -> list[str]:
     """Headings of the error budget: the group whose measurement helps most comes first."""
     measured = ["measured"] if answer.budget.measured else []
-    return ["model", "n", *measured, "all together", "95 %", *answer.budget.groups, "model itself"]
+    strokes = ["stroke, rest"] if _strokes(answer) else []
+    return ["model", "n", *measured, "all", "95 %", *answer.budget.groups, "model itself", *strokes]
 
 
-def budget_cells(contender: Contender, answer: Answer) -> list[str]:
+def _strokes(answer: Answer) -> bool:
+    return any(np.isfinite(row.stroke) for row in answer.rows)
+
+
+def budget_cells(row: Row, answer: Answer) -> list[str]:
     """Cells of a row, by `budget_heads`: RMS errors in kPa."""
-    row, measured = contender.row, answer.budget.measured
+    measured = answer.budget.measured
 
     def kpa(value: float) -> str:
-        return f"{value / KILO:.2g}" if np.isfinite(value) else "–"
+        return f"{float(f'{value / KILO:.2g}'):g}" if np.isfinite(value) else "–"
 
     on_record = [kpa(measured.get(row.model, np.nan))] if measured else []
     parts = [kpa(row.part(group)) if row.known else "–" for group in answer.budget.groups]
     interval = f"{kpa(row.low)} to {kpa(row.high)}" if np.isfinite(row.rms) else "–"
     n = f"{row.n:g}" if np.isfinite(row.n) else ""
-    return [row.model, n, *on_record, kpa(row.rms), interval, *parts, kpa(row.own)]
+    strokes = [kpa(row.stroke)] if _strokes(answer) else []
+    return [row.model, n, *on_record, kpa(row.rms), interval, *parts, kpa(row.own), *strokes]
 
 
 def budget_table(answer: Answer) -> Table:
     """Error budget of one cylinder, lowest expected error first; the chosen model is bold."""
-    rows = [budget_cells(contender, answer) for contender in answer.contenders]
+    rows = [budget_cells(row, answer) for row in answer.rows]
     heads = [head.replace(" ", "\n") for head in budget_heads(answer)]
     table = _table("", heads, rows, answer.chosen, numbers=True)
     table.title, table.box = None, None
@@ -89,7 +96,7 @@ def budget_table(answer: Answer) -> Table:
 def ranking_table(answer: Answer) -> Table:
     """Ranking of the reduced models of one cylinder if everything about it is known."""
     title = f"{answer.ranking.cylinder}: {answer.ranking.runs} runs each, everything known"
-    rows = (ranking_cells(row)[:-2] for row in answer.ranking.rows)  # the chambers' errors are on the page
+    rows = (row[:-2] for row in ranking_rows(answer.ranking))  # the chambers' errors are on the page
     return _table(title, STUDY_HEADS[:-2], rows, answer.chosen, numbers=True)
 
 
@@ -101,7 +108,7 @@ def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (
     console = Console(width=width, file=StringIO(), color_system=None, force_jupyter=False)
     for answer in answers:
         console.print(f"{answer.ranking.cylinder}: {answer.headline}. {answer.reason}.", markup=False)
-        if answer.contenders:
+        if answer.rows:
             console.print(budget_table(answer))
         for advice in answer.advice:
             console.print(f"- {advice}", markup=False)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.errors import SYSTEM, PneumoError
-from pneumo.jobs.run_lock import job_lock
+from workflow.jobs.run_lock import job_lock
 
 
 def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""`pneumo live`: the page that studies a cylinder in the browser, with the compiled core as WebAssembly.
+"""Build the page of `pneumo live`: it studies a cylinder in the browser, with the core as WebAssembly.
 
 The package contains the finished page, so that readers need no compiler. `make live` writes it again after a
 change of the core, of the models or of the template; a test fails where that was forgotten.
@@ -27,6 +27,7 @@ from pneumo.core.build import FOLDER as CORE
 from pneumo.errors import InputError
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
+from pneumo.publish.pages.page import LIVE_PAGE
 from pneumo.selection.answer import model_cost
 from pneumo.selection.cylinder_ranking import (
     DRAWN_RUN,
@@ -44,8 +45,7 @@ from pneumo.simulation.replay import needs
 from pneumo.statistics.error_budget import FULL_ORDER, TAILS
 from pneumo.statistics.ranking import MATERIAL
 
-FOLDER = Path(__file__).parent / "live"
-PAGE = FOLDER / "live.html"
+FOLDER = Path(__file__).parent
 FLOW = "Q_n_l_per_min"
 # The C library that the core needs: its functions are instructions of WebAssembly.
 HEADERS = {
@@ -173,4 +173,4 @@ def assembled(code: bytes) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(assembled(compiled()), encoding="utf-8")
+    LIVE_PAGE.write_text(assembled(compiled()), encoding="utf-8")

@@ -17,9 +17,8 @@ from pneumo.errors import ConfigurationError, as_lines
 BASE = Path("config/paper.yaml")
 
 
-def find_paper_study() -> None:
-    """Let this process and the scripts of its jobs import `paper.study`, which is not installed."""
-    sys.path.insert(0, "")
+def find_checkout() -> None:
+    """Let the scripts of jobs import `paper.study` and `workflow.jobs`, which are not installed."""
     os.environ["PYTHONPATH"] = os.pathsep.join([".", *filter(None, [os.environ.get("PYTHONPATH")])])
 
 

@@ -4,10 +4,10 @@ import hashlib
 from functools import cache
 from pathlib import Path
 
-# Folders behind every simulated number.
+# Folders and files behind every simulated number.
 SIMULATION = (
     *("pneumo/core", "pneumo/physics", "pneumo/catalogue", "pneumo/configuration"),
-    *("pneumo/simulation", "pneumo/storage"),
+    *("pneumo/simulation", "pneumo/storage", "paper/study/stored_runs.py"),
 )
 # And behind what is judged, drawn or written.
 ASSESSMENT = (

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 from pneumo.configuration.cylinder_table import with_table
 from pneumo.configuration.parameters import Sources, read_sources, study, validated
 from pneumo.configuration.plausible_cylinders import checked
-from pneumo.configuration.schema import Configuration, look
+from pneumo.configuration.schema import Configuration
 from pneumo.errors import ConfigurationError, as_lines
 
-# Of one core, per step and n of the grid: all models at three k_0; measured by benchmarks/fleet.py.
+# Of one core, per step and n of the grid: all models at three k_0; measured (docs/cluster.md).
 SECONDS_PER_STEP = 5e-6
 LEAKING = 20.0  # times longer if closed paths of the valve leak
 MARGIN, START = 3.0, 300.0  # factor on the expected time; s, to import and compile
@@ -97,24 +97,9 @@ def checked_fleet(
 
 
 def _fleet(sources: Sources, check: bool, trust: bool) -> Fleet:
-    """Return the fleet of a table, checked a block at a time, which saves memory."""
-    table = sources.table
-    assert table is not None
-    names = list(table.rows)
-    try:
-        first = sources._replace(table=table.part(names[:1])).validated()
-        size = first.run.block_size
-        blocks = {f"{i:06}": names[i : i + size] for i in range(0, len(names), size)}
-        fleet = Fleet(sources, blocks, {})
-        if check:
-            for block, of_block in blocks.items():
-                configuration = checked(sources._replace(table=table.part(of_block)), trust=trust)
-                fleet.planned[block] = resources(configuration)
-            if len({look(name) for name in names}) < len(names):
-                checked(sources, trust=trust)
-            study(first)  # files of signals are read when units are converted
-        return fleet
-    except ConfigurationError:
-        if check:
-            checked(sources, trust=trust)  # names all wrong rows
-        raise
+    assert sources.table is not None
+    if check:
+        study(checked(sources, trust=trust))  # files of signals are read when units are converted
+    names = list(sources.table.rows)
+    size = validated(with_table(sources.content, sources.table, names[:1]), sources.parts).run.block_size
+    return Fleet(sources, {f"{i:06}": names[i : i + size] for i in range(0, len(names), size)}, {})

@@ -6,7 +6,6 @@ from pathlib import Path
 from pneumo.errors import ResultError
 
 SUMS = "SHA256SUMS"
-LARGEST_RESULT = 50_000_000_000  # bytes; the study's largest has 92 million
 
 
 def write_sums(folder: Path) -> None:
