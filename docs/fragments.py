@@ -13,7 +13,7 @@ from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.cli.commands import app
-from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE
+from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE, VALVE_CURVE
 from pneumo.fitting.record.formats import FORMATS
 from pneumo.fitting.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.physics.models import MODELS, Model
@@ -97,8 +97,9 @@ def fitted_parameters() -> str:
         if row.search.times == "A_q0":
             unit = f"W/(m² K) {unit}, the wall's area in mid-stroke"
         bounds = f"{row.search.low:g} to {row.search.high:g} {unit}".removesuffix(" 1")
-        also = {"configured": "within its uncertainty; freely ", "cause": ""}.get(row.group)
-        fitted = "" if also is None else f"{also}with `--also {name}`"
+        also = {"configured": "within its uncertainty; freely ", "cause": "", "curve": ""}.get(row.group)
+        choice = VALVE_CURVE if row.group == "curve" else name
+        fitted = "" if also is None else f"{also}with `--also {choice}`"
         rows.append([f"`{name}`", row.quantity.name, bounds, fitted, f"`{row.key}`" if row.key else ""])
     return table(["parameter", "meaning", "searched", "fitted", "key of `fitted.yaml`"], rows)
 

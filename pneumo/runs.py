@@ -13,13 +13,22 @@ from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.equations.chamber_rate import lane_for
 from pneumo.equations.system import FULL_ORDER
-from pneumo.errors import InputError
+from pneumo.errors import InputError, RunError
 from pneumo.physics.models import Model, full_order_lane, lane_array
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.publish.figures.run_figure import pressure_figure, run_figure
 from pneumo.publish.text.formatting import preformatted
 from pneumo.selection.plants import check_positive
-from pneumo.simulation.full_order import STATE, Recording, command_series, run, supplied_mass
+from pneumo.simulation.full_order import (
+    RAN,
+    RUN_STATUS,
+    STATE,
+    Recording,
+    command_series,
+    failure,
+    run,
+    supplied_mass,
+)
 from pneumo.simulation.replay import STATUS
 from pneumo.simulation.replay import replay as replay_lanes
 
@@ -288,6 +297,8 @@ def simulate(
     ------
     InputError
         If not exactly one of command and reference is given, or a number is out of range.
+    RunError
+        If the run fails: its start, its plant or its step is not physical.
     """
     check_positive(h=h)
     u_B, y_0 = None, np.array(start_state(plant, start))
@@ -303,6 +314,9 @@ def simulate(
     else:
         raise InputError("command, reference: give exactly one")
     states, signal, halvings = run(y_0, signal, 0.0, drive, plant, float(h), MOST_HALVINGS, u_B)
+    status, step = failure(states)
+    if status != RAN:
+        raise RunError(f"{RUN_STATUS[status]} at {step * h:.4g} s: check start, plant and step, {h:g} s")
     u = command_series(states, signal, drive)
     recording = Recording(
         states=states,

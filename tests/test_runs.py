@@ -10,8 +10,9 @@ from pneumo import Cylinder, Model, recorded, replay, simulate
 from pneumo import testing as some
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING
-from pneumo.errors import InputError
+from pneumo.errors import InputError, RunError
 from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.runs import State
 from pneumo.simulation import full_order as datum
 from pneumo.simulation.replay import replay as replay_lanes
 
@@ -94,6 +95,11 @@ def test_a_row_can_stand_for_a_models_name_and_models_without_n_need_none(run):
 def test_bad_signals_are_refused(options, words, mine):
     with pytest.raises(InputError, match=words):
         simulate(mine, **({"h": H} | options))
+
+
+def test_a_run_that_fails_is_no_table_of_nan(mine):
+    with pytest.raises(RunError, match=r"left the finite numbers at 0\.001 s"):
+        simulate(mine, H, command=COMMAND, start=State(0, 0, 1e308, 300, 1e5, 300))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import typer
 from typer import Argument, Option
 
 from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, Trust, output_to, read_configuration
-from pneumo.fitting.fitted_parameters import ALSO
+from pneumo.fitting.fitted_parameters import CHOICES
 from pneumo.fitting.record.formats import FORMATS
 
 READ_FORMATS = ", ".join(form.name for form in FORMATS if form.read)
@@ -85,7 +85,7 @@ def fit(
     ] = False,
     also: Annotated[
         list[str] | None,
-        Option(help=f"fitted too, without prior knowledge: {', '.join(ALSO)}; may be repeated"),
+        Option(help=f"fitted too, without prior knowledge: {', '.join(CHOICES)}; may be repeated"),
     ] = None,
     closed: Annotated[
         Literal["both"] | None, Option(help="fit thermal laws to both chambers, with the valve shut")

@@ -32,6 +32,7 @@ MOST_PERCENT = 50.0  # of an accuracy
 Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
 Unknown = BeforeValidator(lambda value: None if value == "unknown" else value)
 MOST_KNOTS = 30  # of a curve; both chambers' fit into the core's table
+LEAST_C = 1e-9  # dm3/(s bar), of an open valve: a stroke takes years
 LONGEST = 20_000_000  # steps of a run: 1 GB of states
 
 
@@ -174,8 +175,8 @@ class CurveSection(Section):
             if values is not None and len(values) != len(self.u_V):
                 condition = f"must have {len(self.u_V)} numbers, as u_V has, not {len(values)}"
                 raise conflict(values, condition, (key,), ("u_V",))
-            if values is not None and not max(values) > 0:
-                raise conflict(values, "must be positive somewhere", (key,))
+            if values is not None and max(values) < LEAST_C:
+                raise conflict(values, f"must be at least {LEAST_C:g} somewhere", (key,))
         if self.exhaust_C_dm3_per_sbar is not None:
             return self
         if self.u_V[0] >= 0 and self.C_dm3_per_sbar[0] != 0:
@@ -270,7 +271,9 @@ class FittedSection(Section):
     quantities: list[Literal["C", "b", "exhaust", "V_d_A", "V_d_B", "k_0", "P_s", "T_in"]] = key_of(
         "quantities, in the order of the covariance", max_length=8
     )
-    covariance: list[list[Number]] = key_of("of their logarithms; of b and T_in (K) themselves")
+    covariance: list[list[Annotated[Number, Field(ge=-1e4, le=1e4)]]] = key_of(
+        "of their logarithms; of b and T_in (K) themselves"
+    )
     error_kPa: dict[str, Annotated[Number, Field(ge=0, le=1e6)]] = key_of(
         "RMS error on the part of the record that was held out, by model", default_factory=dict
     )
@@ -279,6 +282,8 @@ class FittedSection(Section):
     def _covariance_of_the_quantities(self) -> Self:
         size, rows = len(self.quantities), self.covariance
         square = len({*self.quantities}) == size == len(rows) and all(len(row) == size for row in rows)
+        if size == 0 == len(rows):
+            return self
         if not (square and np.allclose(rows, np.transpose(rows)) and np.linalg.eigvalsh(rows).min() > -1e-12):
             condition = f"must be symmetric, not negative, with a row for each of the {size} quantities"
             raise conflict(f"{len(rows)} rows", condition, ("covariance",), ("quantities",))

@@ -138,7 +138,8 @@ def _uncertain(configuration: Configuration, cylinder: str) -> Uncertain:
         of_fit = [[*map(str, section.fitted.quantities)].index(name) for name in fitted]
         place = [names.index(name) for name in fitted]
         covariance[place] = covariance[:, place] = 0.0
-        covariance[np.ix_(place, place)] = np.array(section.fitted.covariance)[np.ix_(of_fit, of_fit)]
+        of_all = np.array(section.fitted.covariance).reshape((len(section.fitted.quantities),) * 2)
+        covariance[np.ix_(place, place)] = of_all[np.ix_(of_fit, of_fit)]
     rows = tuple(tuple(row) for row in covariance.tolist())
     return Uncertain(names, rows, measured)
 

@@ -96,6 +96,10 @@ def exported(
     if observer is not None and (target != "c" or not valve):
         raise InputError("--observer: only with --to c, and without --no-valve")
     stem = chosen.name if stem is None else stem
+    if target == "c" and not (stem.isprintable() and not {*stem} & {'"', "\\"}):
+        raise InputError(
+            f"--output {stem!r}: its #include could not be read; leave out quotes and backslashes"
+        )
     if target in STEPPING:
         noise = None if observer is None else observer_noise(chosen, observer)
         files = (

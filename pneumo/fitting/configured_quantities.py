@@ -1,14 +1,17 @@
-"""Shifts of fitted parameters caused by errors of quantities that are configured and cannot be fitted.
+"""First-order effects of quantities that are configured and not fitted, and of offsets of the sensors.
 
 A bore or a zero of the position that is off by its stated accuracy changes the replay or the measured
-signals, and so the minimum of the sum of squares. Its shift is computed to first order, from the curvature.
+signals, and so the minimum of the sum of squares. An offset of a pressure sensor moves k_0 and the dead
+volumes and leaves hardly a residual. Both follow from the residual and the derivatives at the optimum.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from pneumo.configuration.parameters import Accuracy
-from pneumo.fitting.engine import Solution, inverse_curvature
-from pneumo.fitting.fit_problem import LIMITS, Problem, replayed_pressures, si_value
+from pneumo.fitting.engine import Solution, inverse_curvature, residual_scatter
+from pneumo.fitting.fit_problem import LIMITS, Problem, replayed_pressures
 from pneumo.fitting.fitted_parameters import CONFIGURED, SHIFTING, UNFITTED
 
 
@@ -24,7 +27,7 @@ def changed(problem: Problem, known: Accuracy) -> tuple[Problem, ...]:
         plant._replace(conditions=air._replace(P_atm=air.P_atm * (1 + known.P_atm))),
     )
     bore, stroke, T_amb, P_atm = (problem._replace(plant=other) for other in plants)
-    gains = (1 + known.P_gain * np.array([[1.0], [0.0]]), 1 + known.P_gain * np.array([[0.0], [1.0]]))
+    gains = 1 + known.P_gain * np.eye(2)[..., None]
     P_s = signals.P_s if signals.P_s is None else signals.P_s * (1 + known.P_gain)
     records = (
         signals._replace(motion=signals.motion + np.array([known.x_zero, 0.0])),
@@ -36,36 +39,17 @@ def changed(problem: Problem, known: Accuracy) -> tuple[Problem, ...]:
     return bore, stroke, zero, scale, T_amb, P_atm, P_A, P_B, supply
 
 
-def shifts(changes: np.ndarray, J: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """Shifts of the parameters caused by `changes` of the residual, shape (quantity, parameter).
-
-    They are on the scale of the search. `changes` are from `changes_of`; J is the derivative of the replayed
-    pressures in units of P_s, by (chamber, sample, parameter); `inverse` is the inverse of the curvature.
-    """
-    return changes.reshape(len(changes), J[..., 0].size) @ J.reshape(-1, len(inverse)) @ inverse
-
-
-def misfit(changes: np.ndarray, J: np.ndarray, inverse: np.ndarray) -> float:
-    """Standard deviation of the residual that `changes` leave once parameters have shifted, in units of P_s.
-
-    `changes`, J and `inverse` are those of `shifts`; the squares of all quantities' residuals add up.
-    """
-    left = (
-        changes.reshape(len(changes), J[..., 0].size)
-        - shifts(changes, J, inverse) @ J.reshape(-1, len(inverse)).T
-    )
-    return float(np.sqrt(np.sum(np.mean(left**2, axis=1)))) / LIMITS
-
-
-def changes_of(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarray:
+def changes_of(problem: Problem, best: Solution, known: Accuracy | None) -> np.ndarray:
     """Changes of the residual if a quantity is off by its accuracy, for each of `UNFITTED`.
 
-    In units of P_s, at the optimum `theta`, shape (quantity, chamber, sample).
+    In units of P_s, at the optimum, shape (quantity, chamber, sample); zero if nothing is `known`.
     """
 
     def residual(other: Problem) -> np.ndarray:
-        return other.signals.P - replayed_pressures(other, theta[None])[0]
+        return other.signals.P - replayed_pressures(other, best.theta[None])[0]
 
+    if known is None:
+        return np.zeros((len(UNFITTED), *problem.signals.P.shape))
     here = residual(problem)
     others = [residual(other) - here for other in changed(problem, known)]
     return np.nan_to_num(np.array(others)) / problem.plant.conditions.P_s
@@ -73,29 +57,51 @@ def changes_of(problem: Problem, theta: np.ndarray, known: Accuracy) -> np.ndarr
 
 def configured_shifts(
     problem: Problem, best: Solution, changes: np.ndarray, known: Accuracy | None
-) -> np.ndarray:
-    """Shifts of the parameters if a configured quantity is off by its accuracy, for each of `SHIFTING`.
+) -> tuple[np.ndarray, float]:
+    """Shifts of the parameters if a quantity is off by its accuracy, and the residual that is left then.
 
-    On the scale of the search, shape (quantity, parameter); zero if `known` is None, and for a prior's centre
-    that is not fitted.
+    The shifts, for each of `SHIFTING`, are on the scale of the search, shape (quantity, parameter). The
+    residual is the standard deviation over all quantities, in units of P_s.
     """
     result, inverse = np.zeros((len(SHIFTING), len(best.theta))), inverse_curvature(best)
-    if known is None:
-        return result
-    result[: len(UNFITTED)] = shifts(changes, best.jacobian, inverse)
+    unfitted = np.tensordot(changes, best.jacobian, 2) @ inverse
+    left = changes - np.tensordot(unfitted, best.jacobian, axes=(1, 2))
+    misfit = float(np.sqrt(np.sum(np.mean(left**2, axis=(1, 2))))) / LIMITS
+    result[: len(UNFITTED)] = unfitted
     for row, name in enumerate(CONFIGURED, len(UNFITTED)):
-        if name in problem.names:
+        if name in problem.names and known is not None:
             index = problem.names.index(name)
             result[row] = inverse[:, index] * best.prior[index] * getattr(known, name)
     # A parameter that the record does not determine gets no limit from what is configured.
     low, high = problem.bounds()
-    return np.clip(result, low - high, high - low)
+    return np.clip(result, low - high, high - low), misfit
 
 
-def parameter_shifts(problem: Problem, best: Solution, moved: np.ndarray) -> dict[str, np.ndarray]:
-    """`configured_shifts` in SI units by parameter, shape (quantity,)."""
-    upper = best.theta + moved
-    return {
-        name: np.array([si_value(name, end) - si_value(name, best.theta[i]) for end in upper[:, i]])
-        for i, name in enumerate(problem.names)
-    }
+class SensorOffset(NamedTuple):
+    """Offset of the sensor of one chamber, Pa."""
+
+    value: float
+    deviation: float  # standard deviation of it by noise, remainder and what is configured
+    shifts: np.ndarray  # of the parameters, on the scale of the search, if it were fitted too
+
+
+def sensor_offsets(problem: Problem, best: Solution, changes: np.ndarray) -> dict[str, SensorOffset]:
+    """Offsets by the name of their cause, each as if it alone were fitted too; fitted ones are left out.
+
+    `changes`, from `changes_of`, are those of the residual if a configured quantity is off, in units of P_s.
+    """
+    J, P_s, result = best.jacobian, problem.plant.conditions.P_s, dict[str, SensorOffset]()
+    for side, name in enumerate(("offset_A", "offset_B")):
+        if name in problem.also:
+            continue
+        column = np.zeros(J.shape[:2])
+        column[side] = 1.0
+        moves = inverse_curvature(best) @ np.tensordot(column, J, 2)
+        left = column - J @ moves  # what the parameters do not take up
+        curvature = float(np.sum(left * column))
+        value = float(np.sum(left * best.residual)) / curvature
+        scatter = float(residual_scatter(best._replace(jacobian=left[..., None]))[0, 0])
+        configured = np.sum(changes * left, axis=(1, 2)) / LIMITS
+        deviation = float(np.sqrt(max(scatter, 0.0) + configured @ configured)) / curvature
+        result[name] = SensorOffset(P_s * value, P_s * deviation, -value * moves)
+    return result

@@ -7,7 +7,6 @@ the residual and from its auto- and cross-correlation, and the larger one is use
 from the standard error, a wide one from the profile of the sum of squares.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import lru_cache
 from typing import ClassVar, NamedTuple, Protocol
@@ -35,11 +34,6 @@ PROFILE_STEPS = 12  # evaluations for each value that is tried for an end
 
 class LeastSquares(Protocol):
     """A problem of least squares with parameters between bounds, on the scale of the search."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        ...
 
     def bounds(self) -> np.ndarray:
         """Lower and upper bounds, shape (2, parameter)."""
@@ -303,24 +297,16 @@ def profile_end(excess: Callable[[float], float], first: float, limit: float) ->
     return float(brentq(once, inside, outside, xtol=CLOSE * min(outside, 1.0) / 2))  # type: ignore[arg-type]
 
 
-class WithoutPrior(ABC):
+class WithoutPrior(LeastSquares, Protocol):
     """A problem without prior knowledge, with derivatives by one-sided differences."""
 
     names: tuple[str, ...]
     slope_step: ClassVar[float]  # of the differences, on the scale of the search
     logarithmic: ClassVar[tuple[str, ...]] = ()  # parameters with a logarithmic scale
 
-    @abstractmethod
-    def bounds(self) -> np.ndarray:
-        """Bounds of the search, shape (2, parameter)."""
-
-    @abstractmethod
-    def residual(self, theta: np.ndarray) -> np.ndarray:
-        """Measured minus computed values, shape (channel, sample)."""
-
-    @abstractmethod
     def si(self, name: str, part: float) -> float:
         """Value of a parameter in SI units, from that on the scale of the search."""
+        ...
 
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distances from no centre, without weight."""

@@ -1,19 +1,17 @@
 """A model fitted to a record: its estimates, their intervals, and its error on the part held out."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
-from pneumo.fitting.configured_quantities import changes_of, configured_shifts, misfit, parameter_shifts
+from pneumo.fitting.configured_quantities import changes_of, configured_shifts, sensor_offsets
 from pneumo.fitting.engine import (
     Solution,
     correlation,
     covariances,
     expected_shifts,
-    inverse_curvature,
     larger,
     parameter_interval,
     remainder_shifts,
@@ -21,7 +19,6 @@ from pneumo.fitting.engine import (
 from pneumo.fitting.fit_problem import (
     FULL,
     LIMITS,
-    Prior,
     Problem,
     fit,
     replayed_pressures,
@@ -31,30 +28,24 @@ from pneumo.fitting.fit_problem import (
 from pneumo.fitting.fit_result import Estimate, rms_of_chambers
 from pneumo.fitting.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
 from pneumo.fitting.residuals import residuals
-from pneumo.fitting.sensor_offsets import sensor_offsets
 from pneumo.fitting.settings import MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.wall_laws import likelihoods, wall_law_fits
-from pneumo.physics.models import Model, Wall
+from pneumo.physics.models import Wall
 
-NO_PRIORS: Mapping[str, Prior] = MappingProxyType({})
 ALONE_STEPS = 15  # of a search with one configured quantity free
 
 
 def estimate(
-    model: Model,
-    plant: Plant,
+    problem: Problem,
     record: StageSignals,
     *,
     intervals: Iterable[str] = REPORTED,
-    part: float = PART,
     reference: np.ndarray | None = None,
-    also: tuple[str, ...] = (),
-    prior: Mapping[str, Prior] = NO_PRIORS,
     known: Accuracy | None = None,
     start: np.ndarray | None = None,
 ) -> Estimate:
-    """Estimate of a model, fitted to the first `part` of a record; the rest is replayed.
+    """Estimate of a model, fitted to the signals of a problem, which begin `record`; the rest is replayed.
 
     Parameters
     ----------
@@ -63,33 +54,18 @@ def estimate(
     reference : numpy.ndarray, optional
         Best known pressures without noise, Pa, by (chamber, sample). Intervals then allow for the model's
         own error, which is its difference from these.
-    also
-        Names of `ALSO` that are fitted too, without prior knowledge.
-    prior
-        Prior knowledge of the parameters of `CONFIGURED` that are fitted too.
     known
         Accuracy of what is configured and not fitted; intervals then allow for it.
     start
         Parameters at which the search begins, on its scale.
     """
-    split = split_of(record, part)
-    problem = Problem(
-        model=model,
-        plant=plant,
-        signals=record.part(0, split),
-        fixed={},
-        also=also,
-        priors=prior,
-    )
+    model, plant, split = problem.model, problem.plant, problem.signals.P.shape[1] - 1
     best = fit(problem, start=start)
     fitted = replayed_pressures(problem, best.theta[None])[0]
-    changes = np.zeros((0, *problem.signals.P.shape))
-    if known is not None:
-        changes = changes_of(problem, best.theta, known)
+    changes = changes_of(problem, best, known)
     off = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
-    moved = configured_shifts(problem, best, changes, known)
+    moved, misfit = configured_shifts(problem, best, changes, known)
     both = covariances(best, off / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
-    of_noise, _ = both
     by_law: dict[Wall, Solution] = {model.wall: best}
     if model is FULL and intervals:
         by_law = wall_law_fits(problem, best)
@@ -101,17 +77,15 @@ def estimate(
     nearest = min((best, *others), key=lambda found: np.sum(found.residual**2))
     values = problem.values(best.theta)
     averaged_theta = np.clip(best.theta + np.where(starts, 0.0, weights @ laws), *problem.bounds())
-    low: dict[str, float] = {}
-    high: dict[str, float] = {}
-    for i, name in enumerate(problem.names):
-        if name in intervals:
-            ends = parameter_interval(problem, best, i, both, PARAMETERS[name].search.logarithmic)
-            shift = float(np.sqrt(np.sum(moved[:, i] ** 2)))  # a profile of noise may be narrower
-            ends = min(ends[0], best.theta[i] - shift), max(ends[1], best.theta[i] + shift)
-            ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
-            if PARAMETERS[name].group == "dead volume" and np.isfinite(ends[1]):  # it is never negative
-                ends = max(ends[0], problem.bounds()[0, i]), ends[1]
-            low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
+    low, high = dict[str, float](), dict[str, float]()
+    for i, name in ((i, name) for i, name in enumerate(problem.names) if name in intervals):
+        ends = parameter_interval(problem, best, i, both, PARAMETERS[name].search.logarithmic)
+        shift = float(np.sqrt(np.sum(moved[:, i] ** 2)))  # a profile of noise may be narrower
+        ends = min(ends[0], best.theta[i] - shift), max(ends[1], best.theta[i] + shift)
+        ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
+        if PARAMETERS[name].group == "dead volume" and np.isfinite(ends[1]):  # it is never negative
+            ends = max(ends[0], problem.bounds()[0, i]), ends[1]
+        low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
     # No model predicts the first pressures of the part held out: these alone are fitted.
     fixed = {name: value for name, value in values.items() if name not in STARTS}
     rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), fixed)
@@ -120,7 +94,6 @@ def estimate(
         np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
         for signals, P in ((problem.signals, fitted), (rest.signals, predicted))
     )
-    pressure = np.concatenate([fitted[:, :-1], predicted], axis=1)
 
     def named(row: np.ndarray) -> dict[str, float]:
         return dict(zip(problem.names, row.tolist(), strict=True))
@@ -131,12 +104,15 @@ def estimate(
         high=high,
         rms=rms,
         held_out=held_out,
-        pressure=pressure,
-        moved=parameter_shifts(problem, best, moved),
+        pressure=np.concatenate([fitted[:, :-1], predicted], axis=1),
+        moved={
+            name: np.array([si_value(name, end) - si_value(name, best.theta[i]) for end in ends])
+            for i, (name, ends) in enumerate(zip(problem.names, (best.theta + moved).T, strict=True))
+        },
         remainder=named(remainder_shifts(nearest)),
-        expected=named(expected_shifts(of_noise)),
+        expected=named(expected_shifts(both[0])),
         correlation=dict(zip(problem.names, map(named, correlation(larger(both))), strict=True)),
-        of_configuration=plant.conditions.P_s * misfit(changes, best.jacobian, inverse_curvature(best)),
+        of_configuration=plant.conditions.P_s * misfit,
         at_bound=problem.at_bound(best.theta),
         offsets=sensor_offsets(problem, best, changes) if model is FULL else {},
         averaged=problem.values(averaged_theta) if model is FULL else {},
@@ -170,7 +146,7 @@ def best_start(problem: Problem) -> Solution:
         return settled(problem, first)
     tried = [first]
     for name in problem.priors:
-        alone = problem._replace(priors=NO_PRIORS, also=(*problem.also, name))
+        alone = problem._replace(priors={}, also=(*problem.also, name))
         trial = alone.values(fit(alone, tolerance=1e-3, most=ALONE_STEPS).theta)
         guess = problem.values(problem.guess())
         tried.append(fit(problem, start=problem.inner(guess | trial)))

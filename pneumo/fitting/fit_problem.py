@@ -103,21 +103,16 @@ class Problem(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the fitted parameters."""
-        full = self.model.name == FULL_ORDER
+        full, starts = self.model.name == FULL_ORDER, range(len(self.signals.begins))
         fitted = {"index": self.model.has_n, "wall": self.model.wall != "none", "valve": full}
-        fitted |= {
-            "flow": self.signals.flow is None,
-            "first temperature": full,
-            "configured": False,
-            "cause": False,
-        }
+        fitted |= {"flow": self.signals.flow is None, "first temperature": full}
         added = {*self.also, *self.priors}
-        starts = {start_name(name, i) for name in STARTS_OF_ONE for i in range(len(self.signals.begins))}
-        without = {*self.fixed, *STARTS} - starts
+        without = {*self.fixed, *STARTS} - {start_name(name, i) for name in STARTS_OF_ONE for i in starts}
         return tuple(
             name
             for name, parameter in PARAMETERS.items()
-            if (fitted.get(parameter.group, True) or name in added) and name not in without
+            if (name in added or (name not in ALSO and fitted.get(parameter.group, True)))
+            and name not in without
         )
 
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -241,20 +236,20 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
     for rows in alike.values():
         value = values[rows[0]]
         plant = with_causes(problem.plant, value)._replace(k_0=1.0)
-        u = behind_valve(signals.u, signals.h, value)
+        u = behind_valve(signals.u, signals.h, value, signals.largest)
         P_s = sagging_supply(signals, u, plant, value["sag"]) if "sag" in value else signals.P_s
         sets = *steps, start[rows], start_T[rows], P_s, T_in[rows], exhaust[rows]
-        motions, of_B = [motion, motion], plant
-        if "C_B" in value:
-            of_B = plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
+        motions = motion[None]
         if LEAKS & value.keys():
             leaked = leaked_volume(signals, plant, value)
-            motions = [with_leak(motion, plant, leaked, side) for side in range(2)]
-        result[rows] = pressures_of_sets(u, motions[0][None], lanes[rows], V_d[rows], plant, *sets)[0]
-        if of_B is not plant or motions[1] is not motion:
-            other = pressures_of_sets(u, motions[1][None], lanes[rows], V_d[rows], of_B, *sets)[0]
-            result[rows, 1] = other[:, 1]
-        result[rows] = as_logged(result[rows], signals.period, value)
+            motions = np.array([with_leak(motion, plant, leaked, side) for side in range(2)])
+        both = pressures_of_sets(u, motions, lanes[rows], V_d[rows], plant, *sets)
+        A, B = both[0, :, 0], both[-1, :, 1]
+        if "C_B" in value:
+            of_B = plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
+            B = pressures_of_sets(u, motions[-1:], lanes[rows], V_d[rows], of_B, *sets)[0, :, 1]
+        P = np.stack([A, B], axis=1)
+        result[rows] = as_logged(P, signals.period, value)
     return result + np.array([offsets(value) for value in values])
 
 
@@ -263,7 +258,7 @@ def opened(signals: StageSignals, values: dict[str, float]) -> StageSignals:
     u = np.empty_like(signals.u)
     for first, last in signals.pieces:
         steps = slice(first * signals.stride, (last + 1) * signals.stride)
-        u[steps] = behind_valve(signals.u[steps], signals.h, values)
+        u[steps] = behind_valve(signals.u[steps], signals.h, values, signals.largest)
     return signals._replace(u=u, P=signals.P - offsets(values))
 
 
@@ -275,11 +270,15 @@ def sagging_supply(signals: StageSignals, u: np.ndarray, plant: Plant, sag: floa
     steps = np.arange(len(u)) / signals.stride
     A, B = (np.interp(steps, np.arange(signals.P.shape[1]), side) for side in signals.P)
     ratio = np.where(u[:, 0] > 0, A, B) / plant.conditions.P_s
-    above = np.clip((ratio - plant.gas.critical_ratio) / (1 - plant.gas.critical_ratio), 0.0, 1.0)
-    flow = np.abs(u[:, 0]) / plant.valve.u_max * np.sqrt(1 - above**2)
+    flow = np.abs(u[:, 0]) / plant.valve.u_max * subsonic(ratio, plant.gas.critical_ratio)
     decay = np.exp(-signals.h / SUPPLY_LINE)
     smooth = np.asarray(lfilter([1 - decay], [1.0, -decay], flow))
     return np.broadcast_to((plant.conditions.P_s * (1 - sag * smooth))[:, None], u.shape)
+
+
+def subsonic(ratio: np.ndarray, b: float) -> np.ndarray:
+    """Flow over the choked flow by ISO 6358, at ratios of the pressures downstream and upstream."""
+    return np.sqrt(1 - np.clip((ratio - b) / (1 - b), 0.0, 1.0) ** 2)
 
 
 def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) -> np.ndarray:
@@ -298,8 +297,7 @@ def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) 
         """Mass flow from 1 to 2, kg/s."""
         upstream = np.maximum(P_1, P_2)
         ratio = np.minimum(P_1, P_2) / upstream
-        above = np.clip((ratio - gas.critical_ratio) / (1 - gas.critical_ratio), 0.0, 1.0)
-        return np.sign(P_1 - P_2) * sonic * upstream * np.sqrt(1 - above**2)
+        return np.sign(P_1 - P_2) * sonic * upstream * subsonic(ratio, gas.critical_ratio)
 
     piston, valve = (value.get(name, 0.0) for name in ("piston_leak", "valve_leak"))
     past = piston * mass_flow(*chambers)
@@ -372,19 +370,14 @@ def fit(
 ) -> Solution:
     """Fit a model by least squares, from `start` on the scale of the search, or from `Problem.guess`.
 
-    `InputError` if no flows were measured and the valve leaks or is partly laminar, which the replay of a fit
-    does not model.
+    `InputError` if no flows were measured and the replay of a fit does not model the valve.
     """
     valve = problem.plant.valve
-    if problem.signals.flow is None and not valve.paths.one_at_a_time:
+    if problem.signals.flow is None and (valve.leak or valve.laminar or not valve.paths.one_at_a_time):
         raise InputError(
-            "valve: in a fit a chamber has one path open at a time, and all paths one b: leave out exhaust_b"
-            " and commands at which a curve opens both"
-        )
-    if problem.signals.flow is None and (valve.leak or valve.laminar):
-        raise InputError(
-            f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit;"
-            " leave leak_dm3_per_sbar out, or measure the flows m_A and m_B"
+            f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit, and"
+            " all paths have one b and open one at a time: leave out leak_dm3_per_sbar, exhaust_b and a curve"
+            " that opens two paths at once, or measure the flows m_A and m_B"
         )
     start = problem.guess() if start is None else start
     return solve(problem, start, tolerance=tolerance, most=most)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, STARTS, Quantity
+from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, Quantity
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.settings import AS_GOOD, OF_STATED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
 from pneumo.physics.models import Wall
@@ -83,14 +83,6 @@ def first_words(text: str) -> str:
     return shorten(text, FIRST_WORDS, placeholder=" ...")
 
 
-class Reference(NamedTuple):
-    """Widths with which a parameter's interval is compared, on the scale of its search."""
-
-    searched: float = np.inf  # between the bounds of the search
-    stated: float = np.inf  # of the interval that the configuration states, if it is fitted within that
-
-
-NO_REFERENCE = Reference()
 TITLES = {  # of files
     "cylinder": "Reduced models fitted to a measurement",
     "closed": "Thermal laws fitted to closed chambers",
@@ -98,29 +90,21 @@ TITLES = {  # of files
 }
 
 
-def _width(name: str, interval: Interval) -> float:
-    """Width of an interval on the scale of the search; infinite if an end is open.
-
-    A search that begins at zero needs no lower end.
-    """
-    search, (_, low, high) = PARAMETERS[name].search, interval
-    low = 0.0 if search.low == 0 and np.isnan(low) else low
-    if not (np.isfinite(low) and np.isfinite(high)):
-        return np.inf
-    return float(np.log(high / low)) if search.logarithmic else high - low
-
-
 def judged(
-    name: str, interval: Interval, doubts: Sequence[str] = (), reference: Reference = NO_REFERENCE
+    name: str, ends: Interval, doubts: Sequence[str] = (), searched: float = np.inf, stated: float = np.inf
 ) -> tuple[Light, str]:
     """Light of a parameter by the width of its interval and by `doubts`, and the reason if it is not green.
 
-    An interval with an open end is "red". A parameter that is fitted within a stated accuracy is known that
-    well in any case: it is "yellow" where the record adds little, or where the interval would be red else.
+    `searched` is the width of the search, `stated` that of the interval which the configuration states, both
+    on the scale of the search. An interval with an open end is "red", but a search that begins at zero needs
+    no lower end. A parameter that is fitted within a stated accuracy is known that well in any case: it is
+    "yellow" where the record adds little, or where the interval would be red else.
     """
-    width, stated = _width(name, interval), reference.stated
-    limits = VAGUE_PART * reference.searched, ROUGH_PART * reference.searched
-    vague, rough = np.log([VAGUE, ROUGH]) if PARAMETERS[name].search.logarithmic else limits
+    search, low, high = PARAMETERS[name].search, ends.low, ends.high
+    low = 0.0 if search.low == 0 and np.isnan(low) else low
+    width = float(np.log(high / low)) if search.logarithmic and low > 0 else high - low
+    limits = VAGUE_PART * searched, ROUGH_PART * searched
+    vague, rough = np.log([VAGUE, ROUGH]) if search.logarithmic else limits
     if not np.isfinite(width) or (not np.isfinite(stated) and width > vague):
         return "red", "open or too wide an interval"
     if doubts:
@@ -138,9 +122,9 @@ class FitResult:
     notes: tuple[str, ...]  # remarks on the record, a sentence each
     warnings: tuple[str, ...]  # reasons not to believe the fit, a sentence each
     held_out_from: float  # s, time of the last sample that was fitted
-    of_rig: tuple[str, ...] = ()  # those warnings that concern the rig, and not a reduced model alone
+    # Lights of the full order's parameters with the reason of those not green; empty without the full order.
+    judgements: Mapping[str, tuple[Light, str]] = field(default_factory=dict)
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
-    references: Mapping[str, Reference] = field(default_factory=dict)  # of the full order's parameters
     quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
     of: Literal["cylinder", "closed", "rig"] = "cylinder"
 
@@ -148,6 +132,11 @@ class FitResult:
     def models(self) -> list[str]:
         """Names of the models, or of the thermal laws, best first."""
         return [str(name) for name in self.data["model"].values]
+
+    @property
+    def fitted_commands(self) -> np.ndarray:
+        """Commands of the part that was fitted, V; zero where flows were measured."""
+        return self.data.get("u", 0 * self.data["t"]).sel(t=slice(None, self.held_out_from)).values
 
     @property
     def best_model(self) -> str:
@@ -203,27 +192,12 @@ class FitResult:
         Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
         configuration states, or a warning of the rig concerns the parameter.
         """
-        return {name: light for name, (light, _) in self._judged().items()}
+        return {name: light for name, (light, _) in self.judgements.items()}
 
     @property
     def reasons(self) -> dict[str, str]:
         """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
-        return {name: reason for name, (_, reason) in self._judged().items() if reason}
-
-    def reference(self, name: str) -> Reference:
-        """Widths with which the interval of a parameter of the full order is compared."""
-        return self.references.get(name, NO_REFERENCE)
-
-    def _judged(self) -> dict[str, tuple[Light, str]]:
-        found = self.estimates(FULL_ORDER) if FULL_ORDER in self.models else {}
-        concerned = [(text, getattr(text, "parameters", ())) for text in self.of_rig]
-        return {
-            name: judged(
-                name, interval, [text for text, of in concerned if not of or name in of], self.reference(name)
-            )
-            for name, interval in found.items()
-            if name not in STARTS
-        }
+        return {name: reason for name, (_, reason) in self.judgements.items() if reason}
 
     def correlation(self, model: str) -> pd.DataFrame:
         """Correlation of a model's parameters, by their names."""

@@ -2,12 +2,10 @@
 
 The full-order fit is judged where there is one, else the best reduced model. If the full order follows a
 record down to the sensors' noise, its parameters are those of the rig; those of a reduced model also make up
-for what that model lacks. So the full order's residual shows whether rig and configuration are as assumed.
-Limits were chosen on benches that `make fit-bench` does not judge.
+for what that model lacks. Limits were chosen on benches that `make fit-bench` does not judge.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 
@@ -15,7 +13,15 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit, search_value, si_value
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
-from pneumo.fitting.fitted_parameters import CAUSES, PARAMETERS, QUANTITIES, STARTS, of_group
+from pneumo.fitting.fitted_parameters import (
+    CAUSES,
+    CURVE,
+    PARAMETERS,
+    QUANTITIES,
+    STARTS,
+    VALVE_CURVE,
+    of_group,
+)
 from pneumo.fitting.position_checks import stated, stated_volume_warnings
 from pneumo.fitting.residuals import Residual, residuals
 from pneumo.fitting.settings import (
@@ -45,7 +51,7 @@ def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
         return residual_warnings(name, of_chambers) + parameter_warnings(problem, estimate)
     odd = doubtful(split, estimate.remainder, estimate.expected, least=ALLOWED * estimate.of_configuration)
     symptoms = [residual_warning(name, of_chambers, remainder_effect(estimate, split))] if odd else []
-    cause = cause_warnings(problem, split) if odd else []
+    cause = cause_warnings(problem, split, estimate.values) if odd else []
     # With a wrong rig all parameters are odd: its cause says more.
     # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
     if not cause and not any(residual.unexplained for residual in split):
@@ -62,14 +68,12 @@ def explanation(name: str, value: float, configured: float = 0.0) -> str:
 def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of configured quantities that the record places outside their stated accuracy."""
     result: list[str] = []
-    distances, weights = problem.prior_terms(problem.inner(estimate.values))
-    for name, distance, weight in zip(problem.names, distances, weights, strict=True):
-        if weight == 0:
-            continue
-        value, prior = estimate.values[name], problem.priors[name]
+    for name, prior in problem.priors.items():
+        value = estimate.values[name]
         low, high = (search_value(name, ends.get(name, value)) for ends in (estimate.low, estimate.high))
         own = (high - low) / 2 / LIMITS  # NaN where an end is open: then nothing is contradicted
-        if abs(distance) > OUTSIDE * np.hypot(prior.deviation, own):
+        off = abs(search_value(name, value) - prior.centre) > OUTSIDE * np.hypot(prior.deviation, own)
+        if off and name not in problem.also:
             text = explanation(name, value, si_value(name, prior.centre))
             result.append(f"{text} is outside its stated accuracy (--also {name} fits it freely)")
     return result
@@ -81,14 +85,10 @@ def offset_warnings(estimate: Estimate) -> list[str]:
     Offsets that the record shows with about the same certainty are named together.
     """
     sure: dict[str, float] = {}
-    for name, offset in estimate.offsets.items():
-        shifts = dict(zip(estimate.expected, np.abs(offset.shifts).tolist(), strict=True))
-        moves = any(
-            shifts.get(parameter, 0.0) > max(most, estimate.expected.get(parameter, 0.0))
-            for parameter, most in TOLERATED.items()
-        )
-        if moves and abs(offset.value) > OUTSIDE * offset.deviation:
-            sure[name] = abs(offset.value) / offset.deviation
+    for name, (value, deviation, shifts) in estimate.offsets.items():
+        moved = dict(zip(estimate.expected, np.abs(shifts).tolist(), strict=True))
+        if moves(moved, estimate.expected) and abs(value) > OUTSIDE * deviation:
+            sure[name] = abs(value) / deviation
     texts = [
         f"{explanation(name, estimate.offsets[name].value)} (--also {name} fits it)"
         for name in sure
@@ -96,6 +96,17 @@ def offset_warnings(estimate: Estimate) -> list[str]:
     ]
     change = "would move parameters out of their intervals and leave less of the residual"
     return [_either(texts, change)] if texts else []
+
+
+def moves(shifts: Mapping[str, float], expected: Mapping[str, float], factor: float = 1.0) -> bool:
+    """Whether a shift of a parameter exceeds `factor` times `TOLERATED`, and half of its `expected` interval.
+
+    Both are on the scale of the search; the interval is from noise and configuration alone.
+    """
+    return any(
+        shifts.get(name, 0.0) > max(factor * most, expected.get(name, 0.0))
+        for name, most in TOLERATED.items()
+    )
 
 
 def _either(texts: Sequence[str], change: str) -> str:
@@ -111,17 +122,12 @@ def doubtful(
     factor: float = 1.0,
     least: float = 0.0,
 ) -> bool:
-    """Whether residuals that are not noise may move a parameter by more than `factor` times `TOLERATED`.
+    """Whether residuals that are not noise may move a parameter too far: `remainder` has such shifts.
 
-    `remainder` has the shift of each parameter by such residuals, `expected` half of its interval from noise
-    and configuration alone, both on the scale of the search. Shifts below `expected` do not count, nor do
-    residuals below `least`, Pa, which a configuration within its accuracy can leave.
+    Residuals below `least`, Pa, do not count: a configuration within its accuracy can leave them.
     """
     seen = any(residual.coloured > max(SEEN * residual.noise, least) for residual in split)
-    return seen and any(
-        remainder.get(name, 0.0) > max(factor * most, expected.get(name, 0.0))
-        for name, most in TOLERATED.items()
-    )
+    return seen and moves(remainder, expected, factor)
 
 
 def remainder_effect(estimate: Estimate, split: Sequence[Residual]) -> str:
@@ -136,41 +142,47 @@ def remainder_effect(estimate: Estimate, split: Sequence[Residual]) -> str:
     return f"this moves {', '.join(moved)}, or more"
 
 
-def residual_warning(name: str, residual_of: Mapping[str, Residual], effect: str) -> str:
+def residual_warning(name: str, residual_of: Mapping[str, Residual], effect: str = UNTRUSTED) -> str:
     """Warning of residuals of a model, by chamber, that are not noise: their size and effect."""
-
-    def each(field: str) -> str:
-        return " and ".join(f"{getattr(residual, field) / 1e3:.2g}" for residual in residual_of.values())
-
+    rms, coloured, noise = (
+        " and ".join(f"{size / 1e3:.2g}" for size in sizes)
+        for sizes in zip(*residual_of.values(), strict=True)
+    )
     chambers = " and ".join(f"P_{chamber}" for chamber in residual_of)
     return (
-        f"{chambers}: {name} is off by {each('rms')} kPa rms, of"
-        f" which {each('coloured')} kPa are not noise (sensor: {each('noise')} kPa): rig, record or"
-        f" configuration is not as assumed; {effect}"
+        f"{chambers}: {name} is off by {rms} kPa rms, of which {coloured} kPa are not noise (sensor: {noise}"
+        f" kPa): rig, record or configuration is not as assumed; {effect}"
     )
 
 
 def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[str]:
     """Warning of residuals of a model, by chamber, that the sensors' noise does not explain."""
     odd = {chamber: residual for chamber, residual in residual_of.items() if residual.unexplained}
-    return [residual_warning(name, odd, UNTRUSTED)] if odd else []
+    return [residual_warning(name, odd)] if odd else []
 
 
-def cause_warnings(problem: Problem, split: Sequence[Residual]) -> list[str]:
+def cause_warnings(problem: Problem, split: Sequence[Residual], values: dict[str, float]) -> list[str]:
     """Warning that names the cause which, fitted too, explains most of a full-order fit's residuals.
 
     Empty if no cause does. Causes that explain about as much are named together: the record does not
-    distinguish them.
+    distinguish them. A curve of the valve can imitate others, so it must explain much more than these; its
+    search begins at the fitted `values`.
     """
     before = _coloured(split)
     explained: dict[str, tuple[float, str]] = {}
-    for cause in (name for name in CAUSES if name not in problem.also):
-        trial = problem._replace(also=(*problem.also, cause))
-        fitted = fit(trial, tolerance=1e-3, most=STEPS)
+    causes: dict[str, tuple[str, ...]] = {name: (name,) for name in CAUSES if name not in problem.also}
+    if not ({*CURVE} & {*problem.also} or problem.plant.valve.paths.knots):
+        causes[VALVE_CURVE] = CURVE
+    for cause, names in causes.items():
+        trial, start, enough = problem._replace(also=(*problem.also, *names)), None, EXPLAINED * before
+        if cause == VALVE_CURVE:
+            start = trial.inner(trial.values(trial.guess()) | values)
+            enough = EXPLAINED * min([before, *(after for after, _ in explained.values())])
+        fitted = fit(trial, tolerance=1e-3, most=STEPS, start=start)
         after = _coloured(residuals(trial, fitted.theta))
-        if after < EXPLAINED * before:
-            value, configured = trial.values(fitted.theta)[cause], trial.values(trial.guess())[cause]
-            explained[cause] = after, f"{explanation(cause, value, configured)} (--also {cause} fits it)"
+        if after < enough:
+            value, configured = trial.values(fitted.theta)[names[0]], trial.values(trial.guess())[names[0]]
+            explained[cause] = after, f"{explanation(names[0], value, configured)} (--also {cause} fits it)"
     if not explained:
         return []
     noise = float(np.sqrt(np.mean([residual.noise**2 for residual in split])))
@@ -211,9 +223,11 @@ def odd_values(
     """
     result: list[str] = []
     for name, value in values.items():
+        quantity = QUANTITIES[name]
         if name in at_bound:
+            text = f"{quantity.name} is on the bound of the search: {value:.3g} {quantity.unit}"
             # A start on its bound says nothing of one parameter.
-            result.append(FitWarning(on_bound(name, value), *([] if name in STARTS else [name])))
+            result.append(FitWarning(text, *([] if name in STARTS else [name])))
         if volumes and name in of_group("dead volume"):
             result += dead_volume_warnings(name, value, plant)
         if name == "n" and not 1 - BEYOND < value < plant.gas.gamma + BEYOND:
@@ -224,34 +238,17 @@ def odd_values(
 def undetermined_notes(
     estimate: Estimate,
     names: Iterable[str],
-    remedies: Mapping[str, str] = MappingProxyType({"k_0": CLOSED_TEST}),
+    *,
+    of_k_0: str = CLOSED_TEST,
     remedy: str = "excite the cylinder more, or record longer",
 ) -> list[str]:
     """Notes on the parameters in `names` that have an interval, but a wide or open one, with a remedy."""
     return [
-        f"this record does not determine {QUANTITIES[name].name}: {remedies.get(name, remedy)}"
+        f"this record does not determine {QUANTITIES[name].name}: {of_k_0 if name == 'k_0' else remedy}"
         for name in names
         if name in estimate.low and name not in estimate.at_bound
         if not estimate.high[name] < VAGUE * estimate.low[name]
     ]
-
-
-def on_bound(name: str, value: float) -> str:
-    """Warning of a parameter on a bound."""
-    quantity = QUANTITIES[name]
-    return f"{quantity.name} is on the bound of the search: {value:.3g} {quantity.unit}"
-
-
-def bounds_of_reduced(estimates: Mapping[str, Estimate], parameters: Sequence[str]) -> list[str]:
-    """Warnings of reduced models with a parameter on a bound that rank above the first one without."""
-    result: list[str] = []
-    for name in (name for name in estimates if name != FULL.name):
-        reached = [p for p in estimates[name].at_bound if p in parameters]
-        if not reached:
-            break
-        texts = ", ".join(on_bound(p, estimates[name].values[p]) for p in reached)
-        result.append(f"{name}: {texts}; not offered for a replay")
-    return result
 
 
 def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
@@ -259,16 +256,12 @@ def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
     ratio = volume / getattr(plant.cylinder, name)
     if 1 / UNLIKELY < ratio < UNLIKELY:
         return []
-    question = "check the stroke and the zero of x"
-    if stated(plant):
-        configured, remedy = "the configured one", f"{question}; is there a hose to the valve?"
-    else:
-        _, key = PARAMETERS[name].key.rsplit(".", 1)
+    remedy = "check the stroke and the zero of x; is there a hose to the valve?"
+    configured = "the configured one"
+    if not stated(plant):
         configured = f"the default of {100 * DEAD_FRACTION:g} % of half the stroke, since none is configured"
-        remedy = f"give {key} (with hoses), or {question}"
-    return [
-        FitWarning(f"{QUANTITIES[name].name} as fitted is {ratio:.2g} times {configured}: {remedy}", name)
-    ]
+        remedy = f"give {PARAMETERS[name].key.rpartition('.')[2]} (with hoses), or {remedy.partition(';')[0]}"
+    return [FitWarning(f"fitted {QUANTITIES[name].name} is {ratio:.2g} times {configured}: {remedy}", name)]
 
 
 def apart(ends: Iterable[tuple[float, float]]) -> bool:
@@ -283,15 +276,11 @@ def disagreements(
     """Warnings of `equally_good` models whose intervals of a parameter do not overlap."""
     result: list[str] = []
     for parameter in parameters:
-        ends = {
-            name: (estimates[name].low[parameter], estimates[name].high[parameter])
-            for name in equally_good(estimates)
-            if parameter in estimates[name].low
-        }
-        if ends and apart(ends.values()):
+        having = {n: estimates[n] for n in equally_good(estimates) if parameter in estimates[n].low}
+        if having and apart((e.low[parameter], e.high[parameter]) for e in having.values()):
             remedy = f": {CLOSED_TEST}" if parameter == "k_0" else ""
             result.append(
-                f"{', '.join(ends)} are equally good, but their intervals of {QUANTITIES[parameter].name} do"
-                f" not overlap{remedy}"
+                f"{', '.join(having)} are equally good, but their intervals of {QUANTITIES[parameter].name}"
+                f" do not overlap{remedy}"
             )
     return result

@@ -12,18 +12,19 @@ from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import QUANTITIES as UNCERTAIN
 from pneumo.configuration.uncertain import SIGMAS, Uncertain, uncertainties
 from pneumo.errors import printable
+from pneumo.fitting import fitted_parameters
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
-from pneumo.fitting.fitted_parameters import ALSO, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
-from pneumo.fitting.settings import LAWS_ALIKE
+from pneumo.fitting.fitted_parameters import ALSO, CURVE, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
+from pneumo.fitting.valve_signal import KNOTS, largest_command, valve_curve
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
 LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
 # Section and key by parameter.
-KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
+KEYS = {name: tuple(key.rsplit(".", 1)) for name, key in fitted_parameters.KEYS.items()}
 DYNAMICS = "cylinders.valve_dynamics"
-CURVE = "cylinders.valve.curve"
+CONFIGURED_CURVE = "cylinders.valve.curve"
 UNCERTAIN_NAMES = {"k_xu": "C"}  # of fitted parameters that the table of uncertain quantities names otherwise
 NOTED = (*dict.fromkeys((*KEYS, *ALSO)), "k_0_A", "k_0_B", "leak")
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
@@ -79,13 +80,11 @@ def fitted_configuration(
     known = {
         name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
     }
-    notes += _put_values(content, section, known, plant, float(np.diff(fit.data["t"].values[:2]).item()))
+    notes += _put_values(content, section, known, plant, fit)
+    if "valve" in section and known.keys() >= {*CURVE}:
+        curve = {name: known[name].value for name in CURVE}
+        section["valve"] = _with_curve(section["valve"], curve, fit, plant)
     section["fitted"] = _fitted_section(fit, known, uncertainties(configuration)[cylinder])
-    mean = fit.estimates(rig).get("k_0", Interval(np.nan, np.nan, np.nan))
-    if abs(mean.value / estimates.get("k_0", mean).value - 1) > LAWS_ALIKE:
-        notes.append(
-            f"  the fit's k_0 is {mean.value:.4g} W/K, by likelier laws of the wall; here is the full order's"
-        )
     unknown = [
         _line(name, interval) for name, interval in estimates.items() if name in KEYS and name not in known
     ]
@@ -116,24 +115,21 @@ def _best_model_lines(fit: FitResult) -> list[str]:
     """Lines on the best reduced model, with the options that export it."""
     best = fit.best_model
     exported = {name: interval for name, interval in fit.estimates(best).items() if name in EXPORTED}
-    values = ", ".join(f"{name} = {_text(interval)}" for name, interval in exported.items())
+    values = [f"{name} = {_text(interval)}" for name, interval in exported.items()]
     options = [f"--{EXPORTED[name]} {_rounded(interval.value)}" for name, interval in exported.items()]
     line = f"Best reduced model: {best}, off by {_held_out_error(fit, best)}"
-    if not exported:
-        return [line]
-    line += f", with its own {values}"
-    if fit.on_bound(best):  # a warning says so
-        return [line]
-    return [line, f"  for export and linearise: {best} {' '.join(options)}"]
+    lines = [f"{line}, with its own {', '.join(values)}" if values else line]
+    if values and not fit.on_bound(best):
+        lines.append(f"  for export and linearise: {best} {' '.join(options)}")
+    return lines
 
 
 def _put_values(
-    content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant, period: float
+    content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant, fit: FitResult
 ) -> list[str]:
-    """Put the fitted values, except k_0, under their keys of the configuration; return notes on all values.
-
-    `period` is the time between samples, s.
-    """
+    """Put the fitted values, except k_0, under their keys of the configuration; return notes on them."""
+    period = float(np.diff(fit.data["t"].values[:2]).item())
+    end = largest_command(fit.fitted_commands, plant) if known.keys() >= {*CURVE} else plant.valve.u_max
     sections = {"supply": content["supply"], "cylinders": section, "cylinders.valve": section.get("valve")}
     dynamics = sections[DYNAMICS] = section.pop("valve_dynamics", {})
     dead_volumes = of_group("dead volume")
@@ -151,13 +147,13 @@ def _put_values(
         if name == "k_xu" and "valve" in section:
             path, key = "cylinders.valve", "C_dm3_per_sbar"
             if curve := section["valve"].get("curve"):
-                scale, path = interval.value / plant.valve.k_xu, CURVE
+                scale, path = interval.value / plant.valve.k_xu, CONFIGURED_CURVE
                 for column in curve.keys() - {"u_V"}:
                     curve[column] = [_rounded(scale * C) for C in curve[column]]
                 note = f"conductances of the curve times {_text(interval.scaled(1 / plant.valve.k_xu))}"
             else:
                 interval = interval.scaled(sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu)
-                note = f"C = {_text(interval)} dm3/(s bar) at u_max_V"
+                note = f"C = {_text(interval.scaled(end / plant.valve.u_max))} dm3/(s bar) at {end:.4g} V"
         notes.append(note)
         # No valve acts before its command: less than a sample is the clock's.
         early = name == "dead_time" and -period < interval.value < 0
@@ -165,11 +161,26 @@ def _put_values(
             dynamics.pop(key, None)
         elif (target := sections.get(path)) is not None:
             target[key] = _rounded(interval.value)
-        elif path not in ("experiments", CURVE):
+        elif path not in ("experiments", CONFIGURED_CURVE) and not (name in CURVE and "valve" in section):
             without.append(QUANTITIES[name].heading)
     if dynamics:
         section["valve_dynamics"] = dynamics
     return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
+
+
+def _with_curve(
+    valve: dict[str, Any], fitted: dict[str, float], fit: FitResult, plant: Plant
+) -> dict[str, Any]:
+    """Section of a valve with a fitted curve in place of C, up to u_max.
+
+    Rows are at the knots and between them, since the curve of the fit is no straight line there.
+    """
+    largest, u_max = largest_command(fit.fitted_commands, plant), plant.valve.u_max
+    parts = np.sort([*KNOTS, *(np.add(KNOTS[1:], KNOTS[:-1]) / 2), *([u_max / largest] * (largest < u_max))])
+    C = valve["C_dm3_per_sbar"] * largest / u_max * valve_curve(fitted, parts)
+    rest = {key: value for key, value in valve.items() if key != "C_dm3_per_sbar"}
+    columns = {"u_V": largest * parts, "C_dm3_per_sbar": C}
+    return rest | {"curve": {key: [_rounded(x) for x in column] for key, column in columns.items()}}
 
 
 def _fitted_section(fit: FitResult, known: dict[str, Interval], before: Uncertain) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Models fitted to a measurement, the full order first; their notes, warnings, errors on another record."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
 from pneumo.fitting.engine import covariances, expected_shifts, remainder_shifts
 from pneumo.fitting.estimate import (
-    NO_PRIORS,
     alike_notes,
     at_temperature,
     best_start,
@@ -22,7 +21,6 @@ from pneumo.fitting.estimate import (
 )
 from pneumo.fitting.fit_problem import (
     FULL,
-    Prior,
     Problem,
     offsets,
     opened,
@@ -30,23 +28,30 @@ from pneumo.fitting.fit_problem import (
     replayed_pressures,
     with_causes,
 )
-from pneumo.fitting.fit_result import Estimate, FitResult, Reference, equally_good, fit_data
+from pneumo.fitting.fit_result import Estimate, FitResult, Light, equally_good, fit_data
+from pneumo.fitting.fit_result import judged as judged_light
 from pneumo.fitting.fit_warnings import (
-    bounds_of_reduced,
     disagreements,
     doubtful,
     fit_warnings,
     undetermined_notes,
 )
-from pneumo.fitting.fitted_parameters import ALSO, PARAMETERS, REPORTED, STARTS
+from pneumo.fitting.fitted_parameters import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
 from pneumo.fitting.position_checks import dead_volume_notes, position_shown, stop_warnings
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import residuals, sensor_noise
 from pneumo.fitting.settings import DISTRUST, PART
 from pneumo.fitting.stage_signals import StageSignals, stage_signals
+from pneumo.fitting.valve_signal import largest_command
 from pneumo.fitting.wall_laws import wall_law_notes
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve_dynamics import ValveDynamics
+from pneumo.statistics.intervals import Interval
+
+CURVE_NOTE = (
+    "the curve of the valve ends at the record's largest command, {:.3g} V; the valve's coefficient and C are"
+    " those at that command, scaled to u_max in proportion"
+)
 
 
 def fit_measurement(
@@ -69,8 +74,8 @@ def fit_measurement(
     part
         Fraction of the record that is fitted.
     also
-        Names of `ALSO` that are fitted without prior knowledge, with the full order; the reduced models then
-        get the corrected plant and pressures.
+        Names of `CHOICES` that are fitted without prior knowledge, with the full order; the reduced models
+        then get the corrected plant and pressures.
     known
         Accuracy of what is configured; by default that of `pneumo.configuration.parameters.accuracy`.
     progress
@@ -79,111 +84,98 @@ def fit_measurement(
     Raises
     ------
     InputError
-        If a name in `also` is not in `ALSO`, if it is the supply and that was measured, or if there are names
-        but the full order cannot be fitted.
+        If a name in `also` is not in `CHOICES`, if it is the supply and that was measured, or if there are
+        names but the full order cannot be fitted.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     has_full = m.m is None
-    _check_also(also, measurement, has_full)
+    _check_also(also, measurement, plant)
+    also = tuple(name for choice in also for name in (CURVE if choice == VALVE_CURVE else (choice,)))
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
     split = split_of(record, part)
-    first = record.part(0, split)
+    record = record._replace(largest=largest_command(m.u[: split + 1], plant))
     long = long_notes(record, split, part)
     for note in long:
         progress(f"note: {note}")
     known = known or accuracy(position_shown=position_shown(m, plant))
-    behind, off, reference, prior = (plant, record), np.zeros((2, 1)), None, NO_PRIORS
+    judged = Problem(FULL, plant, record.part(0, split), {}, also)
+    behind, off, reference = (plant, record), np.zeros((2, 1)), None
     estimates: dict[str, Estimate] = {}
     if has_full:
-        full, prior = _full_order(record, plant, also=also, known=known, part=part)
+        judged, full = _full_order(judged, record, known)
         estimates[FULL.name], off = full, offsets(full.values)
         # Replayed pressures are better known than measured ones, unless the replay is far off.
         reference = (full.pressure if full.low else m.P) - off
         behind = with_causes(plant, full.values), opened(record, full.values)
         progress(error_line(FULL.name, full))
-    reported = tuple(dict.fromkeys((*REPORTED, *also, *prior)))
+    reported = _reported(judged)
     for name in models:
-        fitted = estimate(
-            MODELS[name],
-            *behind,
-            intervals=reported,
-            part=part,
-            known=known,
-            reference=reference,
-        )
+        problem = Problem(MODELS[name], behind[0], behind[1].part(0, split), {})
+        fitted = estimate(problem, behind[1], intervals=reported, known=known, reference=reference)
         estimates[name] = fitted._replace(pressure=fitted.pressure + off)
         progress(error_line(name, fitted))
     estimates = ranked(estimates)
-    judged = FULL if has_full else MODELS[next(iter(estimates))]
-    problem = Problem(
-        model=judged,
-        plant=plant,
-        signals=first,
-        fixed={},
-        also=also,
-        priors=prior,
-    )
-    of_rig = stop_warnings(m, plant, known) + fit_warnings(problem, estimates[judged.name])
-    warnings = of_rig + disagreements(estimates)
-    if has_full:
-        warnings += bounds_of_reduced(estimates, reported)
+    if not has_full:
+        judged = judged._replace(model=MODELS[next(iter(estimates))])
+    best = estimates[judged.model.name]
+    of_rig = stop_warnings(m, plant, known) + fit_warnings(judged, best)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
-    logarithmic = [name for name in problem.names if PARAMETERS[name].search.logarithmic]
+    logarithmic = [name for name in judged.names if PARAMETERS[name].search.logarithmic]
     starts = [name for name in STARTS if any(name in fitted.values for fitted in estimates.values())]
     return FitResult(
         data=fit_data(measurement, estimates, (*reported, *starts)),
         notes=(
             *measurement.notes,
             *long,
-            *undetermined_notes(estimates[judged.name], logarithmic),
-            *(wall_law_notes(estimates[judged.name]) if has_full else ()),
+            *([CURVE_NOTE.format(record.largest)] if {*CURVE} <= {*also} else []),
+            *undetermined_notes(best, logarithmic),
+            *(wall_law_notes(best) if has_full else ()),
             *dead_volume_notes(m, plant, known),
             *alike_notes(reduced),
         ),
-        warnings=tuple(warnings),
+        warnings=(*of_rig, *disagreements(estimates)),
         held_out_from=float(measurement.t[split]),
-        of_rig=tuple(of_rig),
-        references=references(problem, known),
+        judgements=judgements(judged, best, known, of_rig) if has_full else {},
     )
 
 
-def references(problem: Problem, known: Accuracy) -> dict[str, Reference]:
-    """Widths with which the intervals of a problem's parameters are compared, on the scale of the search."""
-    low, high = problem.bounds()
-    stated = {name: 2 * getattr(known, name) for name in problem.priors if name not in problem.also}
-    searched = dict(zip(problem.names, (high - low).tolist(), strict=True))
-    return {name: Reference(width, stated.get(name, np.inf)) for name, width in searched.items()}
+def _reported(problem: Problem) -> tuple[str, ...]:
+    """Names of the parameters that get an interval, also those of the reduced models."""
+    return tuple(dict.fromkeys((*REPORTED, *problem.also, *problem.priors)))
 
 
-def _full_order(
-    record: StageSignals, plant: Plant, *, also: tuple[str, ...], known: Accuracy, part: float
-) -> tuple[Estimate, Mapping[str, Prior]]:
-    """Full order fitted to the first `part` of a record, and what was known of its parameters.
+def judgements(
+    problem: Problem, estimate: Estimate, known: Accuracy, warnings: Sequence[str]
+) -> dict[str, tuple[Light, str]]:
+    """Lights of the full order's parameters, and their reasons, by the intervals and the rig's warnings."""
+    concerned = [(text, getattr(text, "parameters", ())) for text in warnings]
+    result: dict[str, tuple[Light, str]] = {}
+    for name, searched in zip(problem.names, np.diff(problem.bounds(), axis=0)[0].tolist(), strict=True):
+        low, high = estimate.low.get(name, np.nan), estimate.high.get(name, np.nan)
+        doubts = [text for text, of in concerned if not of or name in of]
+        prior = name in problem.priors and name not in problem.also
+        stated = 2 * getattr(known, name) if prior else np.inf
+        if name not in STARTS:
+            ends = Interval(estimate.estimates[name], low, high)
+            result[name] = judged_light(name, ends, doubts, searched, stated)
+    return result
+
+
+def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[Problem, Estimate]:
+    """Full order fitted to the signals of a problem, with priors of what is `known`, and its estimate.
 
     No interval is computed if the residuals of the first, plain fit make it `doubtful` by `DISTRUST`.
     """
-    first = record.part(0, split_of(record, part))
-    plain = Problem(
-        FULL, plant, first, {}, also=also, priors=priors(plant, first, known, sensor_noise(first.P, first.P))
-    )
+    plant, signals = plain.plant, plain.signals
+    plain = plain._replace(priors=priors(plant, signals, known, sensor_noise(signals.P, signals.P)))
     rough = best_start(plain)
-    prior = priors(plant, first, known, sensor_noise(first.P, rough.residual * plant.conditions.P_s))
+    noise = sensor_noise(signals.P, rough.residual * plant.conditions.P_s)
+    problem = plain._replace(priors=priors(plant, signals, known, noise))
     halves = remainder_shifts(rough), expected_shifts(covariances(rough)[0])
     remainder, expected = (dict(zip(plain.names, half.tolist(), strict=True)) for half in halves)
     far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)
-    reported = () if far else (*REPORTED, *also, *prior)
-    fitted = estimate(
-        FULL,
-        plant,
-        record,
-        intervals=reported,
-        part=part,
-        also=also,
-        prior=prior,
-        known=known,
-        start=rough.theta,
-    )
-    return fitted, prior
+    intervals = () if far else _reported(problem)
+    return problem, estimate(problem, record, intervals=intervals, known=known, start=rough.theta)
 
 
 def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
@@ -203,6 +195,7 @@ def validation(
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
+    record = record._replace(largest=largest_command(fitted.fitted_commands, plant))
     values = {
         name: {p: i.value for p, i in fitted.replayed(name).items() if p not in STARTS}
         for name in fitted.models
@@ -221,16 +214,18 @@ def validation(
 
 
 def fitted_too(also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics) -> tuple[str, ...]:
-    """Names of `ALSO` that a user asks for, each once, and the dead band where one is configured."""
+    """Names of `CHOICES` that a user asks for, each once, and the dead band where one is configured."""
     configured = ("dead_band",) if dynamics.dead_band and measurement.m is None else ()
     return tuple(dict.fromkeys((*also, *configured)))
 
 
-def _check_also(also: Sequence[str], measurement: Measurement, full: bool) -> None:
-    """Raise an `InputError` for a cause that cannot be fitted."""
-    for unknown in (name for name in also if name not in ALSO):
-        raise InputError(f"--also {unknown}: must be one of {', '.join(ALSO)}")
+def _check_also(also: Sequence[str], measurement: Measurement, plant: Plant) -> None:
+    """Raise an `InputError` for a quantity that cannot be fitted."""
+    for unknown in (name for name in also if name not in CHOICES):
+        raise InputError(f"--also {unknown}: must be one of {', '.join(CHOICES)}")
     if "P_s" in also and measurement.P_s is not None:
         raise InputError(f"--also P_s: {measurement.name} has the supply pressure as a column")
-    if also and not full:
+    if VALVE_CURVE in also and plant.valve.paths.knots:
+        raise InputError(f"--also {VALVE_CURVE}: the configuration has a curve; give C in its place")
+    if also and measurement.m is not None:
         raise InputError(f"--also {also[0]}: needs the command u, in place of measured flows")

@@ -5,8 +5,6 @@ k_0 too (decision 90), so residuals show none of these errors. A piston that res
 and so do dead volumes that somebody measured.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
@@ -24,35 +22,28 @@ AT_END = 0.02  # of the stroke, from the outermost x
 LEAST_FORCE = 0.1  # of the largest, on a piston that has come to a stop and is pushed on harder later
 LEAST_NOISE = 1e-7  # m, in a position; that of a simulated record is none
 GIVES = 1e-4  # m, accuracy with which forces on a resting piston must show how far its stop gives way
-MAIN = 0.5  # of the larger of two errors of the position, above which the other is named too
 MM, CM3 = 1e3, 1e6  # per m and per m^3
 
 
-class Stops(NamedTuple):
-    """Positions, m, at which a piston meets its stops; NaN where it never rests there under force."""
+def stops_of(record: Measurement, plant: Plant) -> tuple[float, float]:
+    """Positions of the two stops that a record shows, m, extrapolated to zero force.
 
-    low: float
-    high: float
-
-
-def stops_of(record: Measurement, plant: Plant) -> Stops:
-    """Positions of the stops that a record shows, m, extrapolated to zero force.
-
-    The correction is needed since buffers give way by a millimetre under pressure.
+    They are NaN where the piston never rests under force. Zero force, since buffers give way by a
+    millimetre under pressure.
     """
     c, x = plant.cylinder, record.x
     samples = max(2, round(RESTS / record.period))
     span = maximum_filter1d(x, samples) - minimum_filter1d(x, samples)
     still = span < max(STILL * c.stroke, STILL_NOISE * noise_of(x, x))
     force = c.A_A * record.P[0] - c.A_B * record.P[1] + c.load
-    enough = PUSHED * (plant.conditions.P_s - plant.conditions.P_atm) * min(c.A_A, c.A_B)
+    largest = (plant.conditions.P_s - plant.conditions.P_atm) * min(c.A_A, c.A_B)
     ends = x < x.min() + AT_END * c.stroke, x > x.max() - AT_END * c.stroke
-    some = LEAST_FORCE / PUSHED * enough
-    low, high = (
-        still & at & (outward > some) if np.any(still & at & (outward > enough)) else np.zeros(len(x), bool)
-        for at, outward in zip(ends, (-force, force), strict=True)
-    )
-    return Stops(*(contact(x[at], force[at]) if at.any() else np.nan for at in (low, high)))
+    found: list[float] = []
+    for at, outward in zip(ends, (-force, force), strict=True):
+        rests = still & at & (outward > LEAST_FORCE * largest)
+        pushed = np.any(still & at & (outward > PUSHED * largest))
+        found.append(contact(x[rests], force[rests]) if pushed else np.nan)
+    return found[0], found[1]
 
 
 def contact(x: np.ndarray, force: np.ndarray) -> float:
@@ -69,8 +60,9 @@ def contact(x: np.ndarray, force: np.ndarray) -> float:
 
 def stop_warnings(record: Measurement, plant: Plant, known: Accuracy) -> list[str]:
     """Warning of stops that are not at their configured positions, with the effect on dead volumes."""
-    c, found = plant.cylinder, stops_of(record, plant)
-    off = np.array([found.low - c.x_min, found.high - c.x_max])
+    c, stops = plant.cylinder, (plant.cylinder.x_min, plant.cylinder.x_max)
+    found = np.array(stops_of(record, plant))
+    off = found - stops
     if np.isnan(off).all():
         return []
     largest = float(np.nanmax(np.abs(off)))
@@ -78,9 +70,7 @@ def stop_warnings(record: Measurement, plant: Plant, known: Accuracy) -> list[st
     expected = np.linalg.norm([known.x_zero, known.stroke / 2, known.x_scale * c.stroke / 2])
     if largest <= SURE * expected or max(moved.values()) <= MOVED:
         return []
-    at, configured = (
-        " and ".join(f"{MM * x:.4g}" for x in ends if np.isfinite(x)) for ends in (found, (c.x_min, c.x_max))
-    )
+    at, configured = (" and ".join(f"{MM * x:.4g}" for x in xs if np.isfinite(x)) for xs in (found, stops))
     reason = "a wrong zero or scale of x, or stroke"
     if np.isfinite(off).all():
         reason = reason_of(float(off.mean()), float(off[1] - off[0]), c.stroke)
@@ -90,15 +80,16 @@ def stop_warnings(record: Measurement, plant: Plant, known: Accuracy) -> list[st
 
 def stated_volume_warnings(plant: Plant, estimate: Estimate) -> list[str]:
     """Warning of fitted dead volumes that differ from the configured ones, with a possible reason."""
-    ratios, odd = list[float](), False
-    for side, _, configured in _sides(plant):
-        name = f"V_d_{side}"
-        ratios.append(estimate.values[name] / configured)
-        half = np.log(estimate.high.get(name, np.nan) / estimate.low.get(name, np.nan)) / 2
-        odd |= bool(abs(np.log(ratios[-1])) > np.hypot(half, np.log1p(STATED)))
-    if not odd:
+    names = [f"V_d_{side}" for side, *_ in _sides(plant)]
+    areas, configured = np.array([sizes for _, *sizes in _sides(plant)]).T
+    values, low, high = (
+        np.array([numbers.get(name, np.nan) for name in names])
+        for numbers in (estimate.values, estimate.low, estimate.high)
+    )
+    ratios = values / configured
+    if not np.any(np.abs(np.log(ratios)) > np.hypot(np.log(high / low) / 2, np.log1p(STATED))):
         return []
-    A, B = ((ratio - 1) * V / area for ratio, (_, area, V) in zip(ratios, _sides(plant), strict=True))
+    A, B = ((values - configured) / areas).tolist()
     reason = reason_of((B - A) / 2, A + B, plant.cylinder.stroke)
     return [
         f"the dead volumes of A and B are {ratios[0]:.2g} and {ratios[1]:.2g} times those configured, as"
@@ -131,17 +122,12 @@ def stated(plant: Plant) -> bool:
 
 
 def reason_of(zero: float, longer: float, stroke: float) -> str:
-    """Text on errors of the position that explain an offset `zero` and a change of length `longer`, both m.
-
-    An error with less than `MAIN` of the effect of the larger one is left out.
-    """
+    """Text on the error of the position that explains an offset `zero` or a change of length `longer`, m."""
+    if 2 * abs(zero) > abs(longer):
+        return f"a zero of x off by {MM * zero:.2g} mm"
     length, part = MM * abs(longer), 100 * abs(longer) / stroke
     long, large = ("short", "large") if longer > 0 else ("long", "small")
-    texts = {
-        f"a zero of x off by {MM * zero:.2g} mm": 2 * abs(zero),
-        f"a stroke {length:.2g} mm too {long} or an x {part:.2g} % too {large}": abs(longer),
-    }
-    return " and ".join(text for text, size in texts.items() if size >= MAIN * max(texts.values()))
+    return f"a stroke {length:.2g} mm too {long} or an x {part:.2g} % too {large}"
 
 
 def _sides(plant: Plant) -> tuple[tuple[str, float, float], ...]:

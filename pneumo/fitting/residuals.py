@@ -56,12 +56,6 @@ def quantum(P: np.ndarray) -> float:
     return float(np.median(np.diff(levels)))
 
 
-def block_means(signal: np.ndarray, length: int) -> np.ndarray:
-    """Means over blocks of `length` samples along the last axis; a shorter rest is left out."""
-    count = signal.shape[-1] // length
-    return signal[..., : count * length].reshape(*signal.shape[:-1], count, length).mean(axis=-1)
-
-
 def residuals(problem: Problem, theta: np.ndarray) -> list[Residual]:
     """Residuals of both pressures at a set of parameters on the scale of the search."""
     signals = problem.signals
@@ -76,11 +70,11 @@ def split_residuals(P: np.ndarray, residual: np.ndarray, period: float) -> list[
     shape (chamber, sample).
     """
     length = max(1, round(BLOCK / period))
-    result: list[Residual] = []
-    for side in range(len(P)):
-        noise, steps = noise_of(P[side], residual[side]), quantum(P[side]) ** 2 / 12
+    whole, result = residual.shape[1] // length * length, list[Residual]()
+    for measured, left in zip(P, residual, strict=True):
+        noise, steps = noise_of(measured, left), quantum(measured) ** 2 / 12
+        means = left[:whole].reshape(-1, length).mean(axis=1)
         # Steps do not average out where a pressure is constant.
-        excess = float(np.mean(block_means(residual[side], length) ** 2)) - max(noise**2 / length, steps)
-        rms = float(np.sqrt(np.mean(residual[side] ** 2)))
-        result.append(Residual(rms, float(np.sqrt(max(excess, 0.0))), noise))
+        excess = float(np.mean(means**2)) - max(noise**2 / length, steps)
+        result.append(Residual(float(np.sqrt(np.mean(left**2))), float(np.sqrt(max(excess, 0.0))), noise))
     return result

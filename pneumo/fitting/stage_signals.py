@@ -22,7 +22,6 @@ from pneumo.simulation.fitted_pressures import KUTTA
 LONGEST_STEP, SHORTEST_STEP = 1e-3, 2e-5  # s; the first is the step of the paper's study
 LARGEST_CHANGE = 0.25  # of a pressure within a step, over the supply's
 SMOOTHING = np.logspace(-6, 14, 201)  # weights of the squared second difference, from none to a straight line
-PIECE = 64  # samples
 # Samples of a spline, which takes a kilobyte for each; of a longer record it is made of pieces that overlap.
 LONGEST_SPLINE, OVERLAP = 100_000, 2_000
 TINY = 1e-300  # no flow at all
@@ -36,11 +35,10 @@ class StageSignals(NamedTuple):
     u: np.ndarray  # limited command, V, by (step, stage)
     motion: np.ndarray  # position, m, and velocity, m/s, by (step, stage, 2)
     P: np.ndarray  # Pa, measured pressures by (chamber, sample)
-    penalty: float  # s^3, smoothing of the position: from `smoothing`
-    noise: float  # m, in the position
     P_s: np.ndarray | None = None  # Pa, supply pressure where measured, by (step, stage)
     flow: np.ndarray | None = None  # kg/s, where measured, by (step, stage, chamber); u then plays no role
     begins: tuple[int, ...] = (0,)  # first samples of several records, one after another
+    largest: float = 1.0  # V, command at which a curve of the valve ends
 
     @property
     def stride(self) -> int:
@@ -67,49 +65,27 @@ def record_ends(begins: Sequence[int], samples: int) -> list[tuple[int, int]]:
     return [(first, after - 1) for first, after in pairwise((*begins, samples))]
 
 
-def smoothing(x: np.ndarray, period: float) -> tuple[float, float]:
-    """Smoothing penalty and noise of a signal with samples every `period` seconds, by cross-validation.
+def smoothing(x: np.ndarray, period: float) -> float:
+    """Smoothing penalty of a signal with samples every `period` seconds, s^3, by cross-validation.
 
-    The penalty, s^3, is the weight of the integrated squared second derivative against the sum of squared
-    residuals; the noise, in units of x, is the estimated standard deviation of white noise in the signal.
-    Where jumps and impacts hide the noise, nothing is smoothed; the noise is then the median of those
-    estimated in short pieces of the signal.
+    It is the weight of the integrated squared second derivative against the sum of squared residuals. Where
+    jumps and impacts hide the noise, nothing is smoothed.
     """
-    weight, variance = _cross_validated(x[None])
-    if weight == SMOOTHING[0] and len(x) >= 2 * PIECE:
-        _, variance = _cross_validated(x[: len(x) // PIECE * PIECE].reshape(-1, PIECE))
-    return weight * period**3, float(np.sqrt(variance))
+    spectrum = np.asarray(dct(x - np.linspace(x[0], x[-1], len(x)), norm="ortho"))
+    rough = (2 - 2 * np.cos(np.pi * np.arange(len(x)) / len(x))) ** 2
+
+    def score(weight: float) -> float:
+        removed = 1 - 1 / (1 + weight * rough)
+        return float(np.sum((removed * spectrum) ** 2) / removed.sum() ** 2)
+
+    return float(min(SMOOTHING, key=score)) * period**3
 
 
 def smoothed(t: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Signal without its noise, at uniform times t, s; one that is constant is returned."""
     if np.ptp(x) == 0:
         return x
-    penalty, _ = smoothing(x, float(t[-1] - t[0]) / (len(t) - 1))
-    return make_smoothing_spline(t, x, lam=penalty)(t)
-
-
-def _cross_validated(pieces: np.ndarray) -> tuple[float, float]:
-    """Weight with the lowest cross-validation score, and variance of the noise, by medians over pieces.
-
-    `pieces` of a signal have the shape (piece, sample); all get the same weight.
-    """
-    count = pieces.shape[1]
-    lines = np.linspace(pieces[:, 0], pieces[:, -1], count, axis=1)
-    spectrum = dct(pieces - lines, norm="ortho")
-    rough = (2 - 2 * np.cos(np.pi * np.arange(count) / count)) ** 2
-    best = (np.inf, 0.0, 0.0)
-    for weight in SMOOTHING:
-        removed = 1 - 1 / (1 + weight * rough)
-        freedom, squares = removed.sum(), np.median(np.sum((removed * spectrum) ** 2, axis=1))
-        if freedom > 0:
-            best = min(best, (squares / freedom**2, weight, squares / freedom))
-    return best[1:]
-
-
-def stage_times(steps: int, h: float) -> np.ndarray:
-    """Times of the stages of a replay from 0 on, s, shape (steps, 3)."""
-    return (np.arange(steps)[:, None] + KUTTA.c) * h
+    return make_smoothing_spline(t, x, lam=smoothing(x, float(t[-1] - t[0]) / (len(t) - 1)))(t)
 
 
 def longest_step(plant: Plant, u: np.ndarray, x: np.ndarray) -> float:
@@ -156,12 +132,11 @@ def stage_signals(
     longest, u_max = LONGEST_STEP if m is not None else longest_step(plant, u, x), plant.valve.u_max
     t, within = period * np.arange(len(u)), int(np.ceil(period / longest * (1 - 1e-9)))
     h, steps = period / within, within * (len(u) - 1)
-    at = stage_times(steps, h)
+    at = (np.arange(steps)[:, None] + KUTTA.c) * h  # times of the stages
     held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
     limited = np.clip(held_u if command.held else np.interp(at, t, u), -u_max, u_max)
     ends = record_ends(begins, len(x))
-    penalties, noises = zip(*(smoothing(x[first : last + 1], period) for first, last in ends), strict=True)
-    penalty, noise = min(penalties), float(np.sqrt(np.mean(np.square(noises))))
+    penalty = min(smoothing(x[first : last + 1], period) for first, last in ends)
     motion = np.empty((*at.shape, 2))
     for begin, end in ends:
         for first in range(begin, end, LONGEST_SPLINE):
@@ -178,8 +153,6 @@ def stage_signals(
         u=limited,
         motion=motion,
         P=P,
-        penalty=penalty,
-        noise=noise,
         P_s=supply,
         flow=flow,
         begins=begins,

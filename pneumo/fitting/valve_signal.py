@@ -1,11 +1,16 @@
-"""Opening of a valve that follows its command with dead time, lag, null offset, hysteresis and dead band."""
+"""Opening of a valve: its command with dead time, lag, null offset, hysteresis, dead band and curve."""
 
+from collections.abc import Mapping
 from itertools import accumulate
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 from scipy.signal import lfilter
 
+from pneumo.configuration.experiment import Plant
+
 INSTANT = 1e-9  # s, in place of a lag of zero
+KNOTS = (0.0, 1 / 8, 1 / 4, 1 / 2, 1.0)  # of a fitted curve, over the largest command
 
 
 def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null: float) -> np.ndarray:
@@ -28,11 +33,27 @@ def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null:
     return late + (start - late) * (tau / h) * (1 - decay) - null
 
 
-def behind_valve(u: np.ndarray, h: float, valve: dict[str, float]) -> np.ndarray:
-    """Command behind the valve, V, shape (steps, stages): `valve_signal`, then hysteresis and dead band.
+def largest_command(u: np.ndarray, plant: Plant) -> float:
+    """Largest command of a record within the limiter, V, at which a fitted curve ends; 1 if there is none."""
+    return min(float(np.abs(u).max()), plant.valve.u_max) or 1.0
+
+
+def valve_curve(valve: Mapping[str, float], part: np.ndarray) -> np.ndarray:
+    """Conductance over that at the largest command, at commands that are `part` of the largest.
+
+    It is a monotone cubic spline, and beyond the largest command a line with the last slope between knots.
+    """
+    rising = np.cumprod([1.0, valve["curve_half"], valve["curve_quarter"], valve["curve_eighth"], 0.0])
+    slope = (1 - valve["curve_half"]) / (1 - KNOTS[-2])
+    inside = PchipInterpolator(KNOTS, rising[::-1])(np.minimum(part, 1.0))
+    return inside + slope * np.maximum(part - 1, 0.0)
+
+
+def behind_valve(u: np.ndarray, h: float, valve: dict[str, float], largest: float) -> np.ndarray:
+    """Opening, V, shape (steps, stages): `valve_signal`, then hysteresis, dead band and curve.
 
     Hysteresis is a play. `hysteresis` and `dead_band`, V to either side, are zero where `valve` does not have
-    them.
+    them. A fitted curve leaves the `largest` command, V, as it is.
     """
     dynamics = {name: valve[name] for name in ("dead_time", "lag", "null")}
     opening = valve_signal(u.mean(axis=1), h, **dynamics)
@@ -40,4 +61,6 @@ def behind_valve(u: np.ndarray, h: float, valve: dict[str, float]) -> np.ndarray
         opening = np.array(list(accumulate(opening.tolist(), lambda at, v: min(max(at, v - play), v + play))))
     if band := valve.get("dead_band", 0.0):
         opening = np.sign(opening) * np.maximum(np.abs(opening) - band, 0.0)
+    if "curve_half" in valve:
+        opening = np.sign(opening) * largest * valve_curve(valve, np.abs(opening) / largest)
     return np.broadcast_to(opening[:, None], u.shape)

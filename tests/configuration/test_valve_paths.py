@@ -139,7 +139,7 @@ def test_the_command_line_simulates_studies_and_fits_with_a_curve(inside, tmp_pa
         ({"curve": {"u_V": [0, 1], "C_dm3_per_sbar": [0.1, 2]}}, "must begin with 0"),
         ({"curve": {"u_V": [-1, 1], "C_dm3_per_sbar": [0.1, 2]}}, "must be 0 at one command"),
         ({"curve": {"u_V": [0, 1], "C_dm3_per_sbar": [0, -1]}}, "at least 0"),
-        ({"curve": {"u_V": [0, 1], "C_dm3_per_sbar": [0, 0]}}, "must be positive somewhere"),
+        ({"curve": {"u_V": [0, 1], "C_dm3_per_sbar": [0, 1e-320]}}, "must be at least 1e-09 somewhere"),
         ({"curve": BOTH, "exhaust_ratio": 2}, "conflicts with curve.exhaust"),
     ],
 )

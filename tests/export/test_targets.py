@@ -111,6 +111,7 @@ def test_casadi(model, plant, random_states, tmp_path):
         ({"model": OWN._replace(name="my model")}, "my model"),
         ({"target": "casadi", "piston": True}, "--piston"),
         ({"target": "fmu", "fmi": 1}, "--fmi 1"),
+        *(({"stem": name}, "#include") for name in ('a"b', "a\nb")),  # would reach the code
     ],
 )
 def test_bad_exports_are_refused(arguments, words, plant):

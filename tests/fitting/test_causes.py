@@ -31,9 +31,9 @@ def test_pressures_are_earlier_where_x_is_late():
 def test_a_valve_with_play_and_dead_band_opens_late():
     u = np.array([0.0, 1.0, 2.0, 1.5, 0.0, -1.0])
     stages = np.repeat(u[:, None], 3, axis=1)
-    played = behind_valve(stages, 1e-3, VALVE | {"hysteresis": 0.5})[:, 0]
+    played = behind_valve(stages, 1e-3, VALVE | {"hysteresis": 0.5}, 10.0)[:, 0]
     np.testing.assert_allclose(played, [0.0, 0.5, 1.5, 1.5, 0.5, -0.5], atol=1e-5)  # a lag of none is 1 ns
-    banded = behind_valve(stages, 1e-3, VALVE | {"dead_band": 0.5})[:, 0]
+    banded = behind_valve(stages, 1e-3, VALVE | {"dead_band": 0.5}, 10.0)[:, 0]
     np.testing.assert_allclose(banded, [0.0, 0.5, 1.5, 1.0, 0.0, -0.5], atol=1e-5)
 
 

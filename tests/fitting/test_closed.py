@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from closed_truth import Truth, compressed, measured, moving, pressures
+from closed_truth import Truth, measured, moving, pressures
 
 import pneumo
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import InputError
-from pneumo.fitting.closed.closed_fit import HELD, fit_closed
+from pneumo.fitting.closed.closed_fit import fit_closed
 from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -62,24 +62,7 @@ def test_what_made_the_record_of_a_moving_piston_is_found(closed_fit):
     both, k_0 = cells.sel(parameter=["k_0_A", "k_0_B"]), cells.sel(parameter="k_0")
     assert both["estimate"].min() < k_0["estimate"] < both["estimate"].max()
     assert (k_0["low"], k_0["high"]) == (both["low"].min(), both["high"].max())
-    # A law without wall heat has no first temperature: a first pressure is fitted in place of it.
-    assert (
-        closed_fit.data["estimate"].sel(model="adiabatic", parameter=["T_A", "k_0_A", "k_0"]).isnull().all()
-    )
-    assert not any(
-        "held" in note or "are not noise" in note for note in closed_fit.notes + closed_fit.warnings
-    )
     assert any("k_0 of A and of B do not overlap" in text for text in closed_fit.warnings)
-
-
-def test_a_held_piston_needs_no_dead_volumes(plant):
-    truth = TRUTH._replace(V_d=(plant.cylinder.V_d_A,) * 2, T=(293.15, 293.15))
-    whole = measured(compressed(TIME), pressures(truth, plant, compressed, TIME), PERIOD, 2)
-    still = whole.since(0.6)
-    alone = fit_closed(still, plant)
-    assert set(alone.models) == set(HELD) and "the piston is held" in alone.notes[0]
-    assert_found(alone, k_0_A=0.25, k_0_B=0.18, leak=2e-10)
-    assert np.isnan(alone.data["estimate"].sel(parameter="V_d_A")).all()
 
 
 def test_one_chamber_filled_and_the_other_vented_and_then_shut_show_k_0(plant):

@@ -25,9 +25,10 @@ def replayed(law, P, x, chambers=(0, 1), **values):
     )
     problem = closed_problem(law, record, PLANT, SAMPLES, chambers)
     values = EXACT | values
-    scaled = {name: values[name] / problem.scales.get(name, 1.0) for name in problem.names}
-    theta = np.array([problem.search(name, value) for name, value in scaled.items()])
-    return problem.volumes(problem.values(theta)), problem.replay(theta, SAMPLES)
+    theta = problem.theta({name: values[name] / problem.scales.get(name, 1.0) for name in problem.names})
+    values, areas = problem.values(theta), np.array([record.areas]).T
+    V_d = np.array([[values["V_d_A"]], [values["V_d_B"]]])
+    return V_d + areas * record.uncovered, problem.replay(theta, SAMPLES)
 
 
 @pytest.mark.parametrize(("law", "n"), [("isothermal", 1.0), ("free n", 1.2), ("adiabatic", 1.4)])

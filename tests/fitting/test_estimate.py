@@ -50,10 +50,10 @@ def test_an_estimate_does_not_depend_on_rounding():
 def test_interval_of_a_reduced_model_allows_for_its_own_error():
     known = synthetic_record(9012)  # the full order's
     record, held = record_of(known), []
-    full = estimate(FULL, known.configured, record, intervals=())
+    full = estimate(problem_of(known, "full", record), record, intervals=())
     of_k_0 = {"intervals": ("k_0",)}
     for reference in (None, full.pressure):
-        found = estimate(MODELS["M8"], known.configured, record, reference=reference, **of_k_0)
+        found = estimate(problem_of(known, "M8", record), record, reference=reference, **of_k_0)
         held.append(not known.truth.k_0 > found.high["k_0"])
     # Noise hides that M8 is off; the full order shows it.
     assert held == [False, True]
@@ -80,7 +80,7 @@ def test_exact_signals_have_no_error_in_the_part_held_out(known):
     theta = problem.guess() + MOVED
     exact = record._replace(P=replayed_pressures(problem, theta[None])[0])
     split = split_of(record)
-    found = estimate(MODELS["M7"], known.configured, exact, intervals=())
+    found = estimate(problem_of(known, "M7", exact), exact, intervals=())
     assert found.pressure.shape == exact.P.shape and found.low == {}
     # Its own beginning is fitted, and one part in 1e4 of the parameters is what the differences allow.
     np.testing.assert_allclose(found.pressure, exact.P, rtol=1e-3)
@@ -92,5 +92,6 @@ def test_exact_signals_have_no_error_in_the_part_held_out(known):
     assert split == 600
     wider = replayed_pressures(problem, (theta + 0.5 * np.eye(7)[2])[None])[0]
     P = np.where(np.arange(1001) > split, wider, exact.P)
-    changed = estimate(MODELS["M7"], known.configured, exact._replace(P=P), intervals=())
+    other = exact._replace(P=P)
+    changed = estimate(problem_of(known, "M7", other), other, intervals=())
     assert np.all(changed.rms < 100.0) and np.all(changed.held_out > 1000.0)

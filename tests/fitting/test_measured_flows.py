@@ -6,17 +6,12 @@ import pytest
 
 from pneumo import simulate
 from pneumo.errors import InputError
-from pneumo.fitting.fit_problem import Problem, fit, replayed_pressures
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.record.units import ANR
-from pneumo.fitting.stage_signals import stage_signals
-from pneumo.physics.cylinder import chamber_of, volume
-from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.pages.fit_page import fit_page
-from pneumo.simulation.fitted_pressures import pressures_on_flows
 
 H = 1e-3
 
@@ -32,37 +27,6 @@ def measured(plant):
     m = -np.diff([[chamber_flows(*at, *rest) for at in zip(*side, strict=True)] for side in sides])[..., 0]
     P = np.array([run.P_A, run.P_B]) + np.random.default_rng(7).normal(0, 200.0, (2, len(ticks)))
     return Measurement("m.csv", H, np.zeros(len(ticks)), run.x, P, m=m)
-
-
-def pressures(plant, model, n, flow, motion):
-    """Pressures of both chambers from 4 bar on."""
-    lanes = lane_array([lane(MODELS[model], n, plant.gas.gamma)])
-    c = plant.cylinder
-    V_d = np.array([[c.V_d_A, c.V_d_B]])
-    return pressures_on_flows(motion, flow, lanes, V_d, plant, H, 1, np.full((1, 2), 4e5))[0]
-
-
-def test_a_constant_flow_raises_pressure_on_a_line_and_an_empty_chamber_is_nan(plant):
-    steps, m, gas = 400, np.array([2e-5, -1e-5]), plant.gas  # kg/s
-    found = pressures(plant, "M3", 1.4, np.broadcast_to(m, (steps, 3, 2)), np.zeros((steps, 3, 2)))
-    V = volume(0.0, chamber_of(plant.cylinder, 0), plant.cylinder)
-    rate = gas.gamma * gas.R * plant.conditions.T_0 * m / V  # (10) with dV_dt = 0 and T = T_0
-    np.testing.assert_allclose(found, 4e5 + rate[:, None] * H * np.arange(steps + 1), rtol=1e-11)
-    found = pressures(plant, "M3", 1.4, np.full((50, 3, 2), -1.0), np.zeros((50, 3, 2)))
-    assert np.isnan(found[:, -1]).all()
-
-
-@pytest.mark.parametrize("model", ["M6", "M9"])
-def test_a_models_own_pressures_give_its_parameters_back(plant, measured, model):
-    s = stage_signals(H, measured.u, measured.x, measured.P, plant, m=measured.m)
-    problem = Problem(MODELS[model], plant, s, {})
-    assert "k_xu" not in problem.names
-    theta = problem.guess()
-    theta[problem.names.index("n")] += 0.05
-    theta[problem.names.index("V_d_A")] += 0.1
-    P = replayed_pressures(problem, theta[None])[0]
-    found = fit(problem._replace(signals=s._replace(P=P)), tolerance=1e-12)
-    np.testing.assert_allclose(found.theta, theta, atol=1e-4)  # the step of the differences
 
 
 @pytest.mark.slow

@@ -1,8 +1,13 @@
 """The physics on quantities with units: dimensions, and the same numbers as on plain floats."""
 
+import re
+from math import prod
+
 import pint
 import pytest
 
+from pneumo.export.fmu import UNITS
+from pneumo.fitting.fitted_parameters import QUANTITIES
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import Cylinder, acceleration, chamber_of, heat_area, volume
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
@@ -88,3 +93,17 @@ def test_units_come_out_and_the_numbers_with_them(name):
     assert result.is_compatible_with(unit)
     # Units are coherent, all factors 1, but pint may multiply by them in another order.
     assert result.m_as(unit) == pytest.approx(function(PLAIN), rel=8 * EPS)
+
+
+def spelled(unit):
+    """Unit as pint reads it: W K-1 is W*K**-1."""
+    return re.sub(r"([A-Za-z])(-?\d+)", r"\1**\2", unit).replace(" ", "*")
+
+
+def test_factors_of_fitted_quantities_and_base_units_of_fmus_are_those_of_pint():
+    for quantity in QUANTITIES.values():
+        shown = U.Quantity(1.0, spelled(quantity.unit)).m_as(spelled(quantity.shown_unit or quantity.unit))
+        assert quantity.factor == pytest.approx(shown, rel=8 * EPS), quantity.name
+    for name, powers in UNITS.items():
+        product = prod(U.Quantity(1.0, unit) ** power for unit, power in powers.items())
+        assert product.m_as(spelled(name)) == pytest.approx(1.0, rel=8 * EPS), name

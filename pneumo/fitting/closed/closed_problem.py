@@ -12,6 +12,7 @@ import numpy as np
 
 import pneumo.core as core
 from pneumo.fitting.engine import Solution, WithoutPrior, solve
+from pneumo.fitting.settings import LARGEST_MOTION
 
 SCALE = 1e6  # Pa, by which residuals are divided
 FAR_OFF = 1e3  # residual of a replay whose steps are too long for its conductance
@@ -61,6 +62,11 @@ class ClosedRecord(NamedTuple):
         return float(self.t[-1]) / (len(self.t) - 1)
 
     @property
+    def moves(self) -> bool:
+        """Whether the piston moves, so that dead volumes can be fitted."""
+        return float(np.ptp(self.x)) > LARGEST_MOTION * self.stroke
+
+    @property
     def uncovered(self) -> np.ndarray:
         """Distance of the piston from each cylinder head, m, by (chamber, sample)."""
         return np.array([self.x, self.stroke - self.x])
@@ -68,8 +74,7 @@ class ClosedRecord(NamedTuple):
     @property
     def area_ratio(self) -> np.ndarray:
         """Heat transfer area over that in mid-stroke, by (chamber, sample)."""
-        wall = np.pi / 2 * self.bore**2 + np.pi * self.bore * self.uncovered  # before eq (12)
-        return wall / (np.pi / 2 * self.bore**2 + np.pi * self.bore * self.stroke / 2)
+        return (self.bore / 2 + self.uncovered) / (self.bore / 2 + self.stroke / 2)  # before eq (12)
 
 
 @dataclass(frozen=True)
@@ -101,37 +106,29 @@ class ClosedProblem(WithoutPrior):
         """Value of a parameter in SI units, from that on the scale of the search."""
         return self.scales.get(name, 1.0) * float(np.exp(part) if name in self.logarithmic else part)
 
-    def search(self, name: str, over_scale: float) -> float:
-        """Value of a parameter on the scale of the search, from that over its scale."""
-        return float(np.log(over_scale)) if name in self.logarithmic else over_scale
+    def theta(self, over_scale: Mapping[str, float]) -> np.ndarray:
+        """Parameters on the scale of the search, from values over their scales; others are 1."""
+        values = {name: over_scale.get(name, 1.0) for name in self.names}
+        return np.array([np.log(v) if name in self.logarithmic else v for name, v in values.items()])
 
     def solve(self, near: np.ndarray | None = None) -> Solution:
         """Lowest minimum from a start with next to no leak, from one with a leak, and from `near`."""
         leaks = LEAKS_AT_START if "leak" in self.names else (0.0,)
-        starts = [{**self.guess, "leak": leak} for leak in leaks]
-        thetas = [
-            np.array([self.search(name, start.get(name, 1.0)) for name in self.names]) for start in starts
-        ]
+        thetas = [self.theta({**self.guess, "leak": leak}) for leak in leaks]
         if near is not None and self.law.explicit_heat:
             thetas.append(near)
         return min((solve(self, theta) for theta in thetas), key=lambda found: found.squares)
 
     def bounds(self) -> np.ndarray:
         """Bounds of the search, shape (2, parameter)."""
-        ends = [BOUNDS[name.removesuffix("_A").removesuffix("_B")] for name in self.names]
-        pairs = zip(self.names, ends, strict=True)
-        return np.array([[self.search(name, end) for end in pair] for name, pair in pairs]).T
+        ends = {name: BOUNDS[name.removesuffix("_A").removesuffix("_B")] for name in self.names}
+        return np.array([self.theta({name: pair[end] for name, pair in ends.items()}) for end in range(2)])
 
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Measured minus replayed pressures of the samples fitted, over `SCALE`, shape (chamber, sample)."""
         error = self.record.P[:, : self.fitted] - self.replay(theta, self.fitted)
         error = error[list(self.chambers), :: self.every] / SCALE
         return np.where(np.abs(error) < FAR_OFF, error, 1.0)  # and where not finite
-
-    def volumes(self, values: Mapping[str, float]) -> np.ndarray:
-        """Volumes, m^3, by (chamber, sample)."""
-        r = self.record
-        return np.array([[values["V_d_A"]], [values["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered
 
     def replay(self, theta: np.ndarray, samples: int) -> np.ndarray:
         """Pressures computed with the parameters `theta` for the first samples, Pa, by (chamber, sample).
@@ -143,13 +140,14 @@ class ClosedProblem(WithoutPrior):
         start, first = (
             np.array([v.get(f"{key}_{side}", 1.0) for side in "AB"]) for key in ("start", "first")
         )
-        heat = law.explicit_heat
+        heat, dead = law.explicit_heat, np.array([[v["V_d_A"]], [v["V_d_B"]]])
+        V = dead + np.array([r.areas]).T * r.uncovered[:, :samples]
         pressure = np.empty(shape)
         core.lib.closed_chambers(
             core.array("P", r.P[:, 0] * (first if heat else start), (2,)),
             core.array("measured", r.P[:, :samples], shape),
             core.ffi.new("bool[2]", (0 in self.chambers, 1 in self.chambers)),
-            core.array("V", self.volumes(v)[:, :samples], shape),
+            core.array("V", V, shape),
             core.array("area_ratio", r.area_ratio[:, :samples], shape),
             core.whole("samples", samples, 1),
             r.h,
@@ -175,7 +173,5 @@ class ClosedProblem(WithoutPrior):
 
 def fitted_names(law: Law, leaks: bool = True) -> tuple[str, ...]:
     """Names of the parameters that are fitted with a law."""
-    names = ["V_d_A", "V_d_B", "start_A", "start_B"]
-    names += ["k_A", "k_B"] if law.explicit_heat else []
-    names += ["n"] if law.n is not None and np.isnan(law.n) else []
-    return (*names, "leak") if leaks else tuple(names)
+    heat, free = (("k_A", "k_B"), ()) if law.explicit_heat else ((), ("n",) if np.isnan(law.n or 1.0) else ())
+    return ("V_d_A", "V_d_B", "start_A", "start_B", *heat, *free, *(("leak",) if leaks else ()))

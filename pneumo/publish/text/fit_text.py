@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from pneumo.fitting.fit_result import ADDS_LITTLE, FitResult, judged, rms_of_chambers
+from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
 from pneumo.publish.text.formatting import KILO
 
 WINDOWS = 20  # of a record, among which the one with the largest residual is looked for
 FEW = 5  # samples of a window, below which none is named
 MUCH = 1.5  # times the RMS residual of its chamber: a window above it is named
-OF_INTERVAL = 0.5  # of half an interval: a configured quantity that moves a parameter by more is named
 MOST_ADVICE = 2  # lines on what to do next
 EXPERIMENTS = {  # that determine a group of parameters
     "wall": "fill a chamber fast, shut it off and wait, then fit that (pneumo fit --closed-from)",
@@ -75,38 +74,10 @@ def next_experiments(fit: FitResult) -> list[str]:
     A parameter that is not green only because of a warning has no line: the warning says what to do. Nor has
     one of which the record adds little to the stated accuracy: it is known that well.
     """
-    settled: dict[str, dict[str, int]] = {}  # by advice: parameters, a red one counts twice
-    for name, interval in fit.estimates(FULL_ORDER).items() if fit.lights else ():
-        light, reason = judged(name, interval, reference=fit.reference(name))
-        weight = {"green": 0, "yellow": 1, "red": 2}[light]
-        if name not in fit.lights or not weight or reason == ADDS_LITTLE:
-            continue
-        if experiment := EXPERIMENTS.get(PARAMETERS[name].group):
-            settled.setdefault(experiment, {})[name] = weight
-        if by := _moved_by(fit, name):
-            settled.setdefault(f"measure {by} more accurately; it contributes most", {})[name] = weight
-    lines: list[str] = []
-    while settled and len(lines) < MOST_ADVICE:
-        best = max(settled, key=lambda advice: sum(settled[advice].values()))
-        done = settled.pop(best)
-        lines.append(f"{', '.join(QUANTITIES[name].heading for name in done)}: {best}.")
-        settled = {
-            advice: rest
-            for advice, names in settled.items()
-            if (rest := {name: weight for name, weight in names.items() if name not in done})
-        }
-    return lines
-
-
-def _moved_by(fit: FitResult, name: str) -> str:
-    """Configured quantity that moves a parameter most, or an empty text.
-
-    Empty if it moves the parameter by at most `OF_INTERVAL` of half the interval.
-    """
-    cell = fit.data.sel(model=FULL_ORDER, parameter=name)
-    if "moved_by" not in cell:
-        return ""
-    moved, half = np.abs(cell["moved_by"].values), (cell["high"].item() - cell["low"].item()) / 2
-    if not np.isfinite(moved).all() or not moved.max() > OF_INTERVAL * half:
-        return ""
-    return str(cell["quantity"].values[np.argmax(moved)])
+    advised: dict[str, list[str]] = {}
+    for name, reason in fit.reasons.items():
+        experiment = EXPERIMENTS.get(PARAMETERS[name].group)
+        if experiment and reason.endswith("interval"):
+            advised.setdefault(experiment, []).append(QUANTITIES[name].heading)
+    most = sorted(advised.items(), key=lambda pair: -len(pair[1]))[:MOST_ADVICE]
+    return [f"{', '.join(headings)}: {experiment}." for experiment, headings in most]

@@ -38,6 +38,8 @@ def test_air_of_the_reference_atmosphere_has_the_density_of_its_definition():
     dry, damp = 100e3 - 0.65 * 2.34e3, 0.65 * 2.34e3
     # The standard rounds to 1.185 kg/m^3, and the constants of air vary between tables.
     assert pytest.approx((dry / 287.05 + damp / 461.5) / 293.15, rel=5e-3) == ANR
+    of_helium = reading("m_A", "m3/s(ANR)", Surroundings(R=2077.0))  # has no humidity
+    assert isinstance(of_helium, Reading) and of_helium.factor == pytest.approx(1e5 / (2077.0 * 293.15))
 
 
 @pytest.mark.parametrize(
