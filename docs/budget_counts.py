@@ -48,8 +48,8 @@ def numbers(cells: xr.Dataset, repeated: xr.Dataset) -> dict[str, str]:
         "open loop": cells["closed"] == 0,
         "position control": cells["closed"] == 1,
     }
-    heads = ["", "cylinders", "error in the interval", "error above it", "median loss", "at the answer's n"]
-    heads += ["measured first is best", "strictly", "as predicted"]
+    heads = ["", "cylinders", "in the interval", "above it", "median loss", "at the answer's n"]
+    heads += ["measure first: right", "strictly", "predicted"]
     rows = [[name, *row(cells.sel(cylinder=chosen))] for name, chosen in parts.items()]
     rows.append(["repeated", *row(repeated)])
     return {"table": markdown_table(heads, rows), "commit": cells.attrs["commit"][:8]}

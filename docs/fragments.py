@@ -54,11 +54,16 @@ Proof {"holds" if erratum.passes else "FAILS"}: {plain(erratum.evidence)}
 :::"""
 
 
+def shown(cell: object) -> str:
+    """A cell of the table of models with its symbols as formulas."""
+    symbols = {"n": "$n$", "gamma": r"$\gamma$", "True": "yes", "False": "no", "k_0": "$k_0$"}
+    symbols |= {"lambda_0 A_q": r"$\lambda_0 A_q(x)$", "lambda A_q": r"$\lambda(P, T) A_q(x)$"}
+    return (symbols | {"lambda_0": r"$\lambda_0$"}).get(str(cell), str(cell))
+
+
 def models() -> str:
     """The table of models, from the rows that everything runs on."""
-    shown = {"n": "$n$", "gamma": r"$\gamma$", "True": "yes", "False": "no", "k_0": "$k_0$"}
-    shown |= {"lambda_0 A_q": r"$\lambda_0 A_q(x)$", "lambda A_q": r"$\lambda(P, T) A_q(x)$"}
-    rows = ([shown.get(str(cell), str(cell)) for cell in model] for model in MODELS.values())
+    rows = ([shown(cell) for cell in model] for model in MODELS.values())
     return table([f"`{field}`" for field in Model._fields], rows)
 
 
@@ -72,12 +77,13 @@ def _model_row(model: Model) -> list[str]:
     explicit = model.wall != "none"
     indices = list(dict.fromkeys(str(i).removesuffix(".0") for i in (model.n_V, model.n_in, model.n_out)))
     known = ["n"] * model.has_n + (["k_0" if model.wall == "k_0" else "lambda_0"] if explicit else [])
+    by_index = f"by the {'indices' if indices[1:] else 'index'}: {', '.join(map(shown, indices))}"
     return [
         model.name,
         {"constant": "constant", "polytropic": "follows the pressure"}[model.temperature],
         "its own temperature" if model.mixing else "the chamber's temperature",
-        model.wall if explicit else f"by the {'indices' if indices[1:] else 'index'}: {', '.join(indices)}",
-        ", ".join(known),
+        shown(model.wall) if explicit else by_index,
+        ", ".join(map(shown, known)),
     ]
 
 

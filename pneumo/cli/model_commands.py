@@ -183,7 +183,7 @@ def export(
     if to == "c":
         stem = output.with_suffix("")
         build = shlex.join(["cc", "-O2", str(output), f"{stem}_test.c", "-lm", "-o", f"{stem}_test"])
-        run = shlex.quote(str(output.parent.resolve() / f"{stem.name}_test"))
+        run = shlex.quote(f"{stem}_test" if stem.is_absolute() else f"./{stem}_test")
         typer.echo(f"Test it: {build} && {run}")
     return None
 

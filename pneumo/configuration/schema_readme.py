@@ -9,10 +9,11 @@ from pneumo.configuration.schema_messages import allowed, named_sections, resolv
 HEAD = """\
 # Configuration
 
-`paper.yaml` is the paper's study; `smoke.yaml` is an override, used on top of it. Any file may override any
-key: `snakemake -j2 --configfile mine.yaml`. Keys name their unit; inside the program everything is in SI
-units. A key that is not listed here, a wrong unit suffix or a value outside its range is refused with a
-one-line message before anything runs.
+`pneumo init` writes a commented configuration of a cylinder. Here `paper.yaml` is the paper's study; any
+other file overrides some of its keys, as `smoke.yaml` does: `snakemake -j2 --configfile mine.yaml`.
+
+Keys name their unit. An unknown key, a wrong unit or a value outside its range is refused in one line before
+anything runs.
 
 Written by `python -m pneumo.configuration.schema_readme`; do not edit.
 """
@@ -44,9 +45,14 @@ def _row(section: Mapping[str, Any], key: str, field: Mapping[str, Any]) -> str:
 
 def readme() -> str:
     """Return a table of every key of the configuration, section by section, as Markdown."""
+    shown: dict[str, str] = {}  # path of the table by section
     lines = [HEAD]
     for path, section, fields in _sections("", SCHEMA):
-        lines += [f"## {'`' + path + '`' if path else 'Top level'}", "", section["description"], ""]
+        lines += [f"## {'`' + path + '`' if path else 'Top level'}", ""]
+        if (first := shown.setdefault(str(section), path)) != path:
+            lines += [f"Keys as in `{first}`.", ""]
+            continue
+        lines += [section["description"], ""]
         lines += ["| key | allowed | meaning |", "|---|---|---|"]
         lines += [_row(section, key, field) for key, field in fields] + [""]
     return "\n".join(lines).rstrip() + "\n"

@@ -172,8 +172,8 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
         group, lowest = budget.groups[0], budget.rows[0].rms
         known = budget.lowest_if_known(group)
         if known**2 * (1 + MATERIAL) < lowest**2:
-            how = "another record" if budget.measured else "`pneumo fit` on 20 s"
-            lines.append(f"Measure the {group} first: {_kpa(lowest)} becomes {_kpa(known)}; {how}.")
+            how = "another record" if budget.measured else "`pneumo fit`"
+            lines.append(f"Measure the {group} first ({how}): {_kpa(lowest)} becomes {_kpa(known)}.")
     both = {row.model: (row.rms**2 + row.stroke**2) ** 0.5 for row in budget.rows}
     if not np.isnan(chosen.stroke) and chosen.model not in (best := _within(both)):
         other = budget.row(best[0])

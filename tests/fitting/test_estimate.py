@@ -4,11 +4,15 @@ import numpy as np
 import pytest
 from synthetic_records import synthetic_record
 
+from pneumo.configuration.parameters import accuracy, load, study
 from pneumo.fitting.engine import covariances, expected_shifts, larger
 from pneumo.fitting.estimate import estimate, split_of
 from pneumo.fitting.fit_problem import FULL, Problem, fit, replayed_pressures, settled
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.physics.models import MODELS
+from pneumo.runs import simulate
+from pneumo.selection.cylinder_template import write_template
+from pneumo.selection.plants import configured_plant
 
 MOVED = [0.05, 0.4, 0.1, 0.1, -0.1, 0.01, -0.01]  # beside the guess
 
@@ -53,6 +57,21 @@ def test_interval_of_a_reduced_model_allows_for_its_own_error():
         held.append(not known.truth.k_0 > found.high["k_0"])
     # Noise hides that M8 is off; the full order shows it.
     assert held == [False, True]
+
+
+@pytest.mark.parametrize("zero", [2e-3, -2e-3])  # m; half of what the intervals allow for
+def test_intervals_of_dead_volumes_hold_if_the_zero_of_x_is_off(tmp_path, zero):
+    write_template(tmp_path / "rig.yaml")
+    configured = configured_plant(study(load(tmp_path / "rig.yaml")))
+    truth = {"V_d_A": 6e-6, "V_d_B": 9e-6}
+    rig = configured._replace(cylinder=configured.cylinder._replace(**truth))
+    steps = np.arange(3000)
+    run = simulate(rig, 1e-3, command=1.5 * np.sign(np.cos(steps / 60) + np.cos(steps / 23)) - 0.2)
+    P = np.array([run.P_A, run.P_B]) + np.random.default_rng(1).normal(0.0, 500.0, (2, len(run.t)))
+    record = stage_signals(1e-3, run.u, run.x + zero, P, configured)
+    found = estimate(FULL, configured, record, intervals=truth, known=accuracy(position_shown=False))
+    for name, volume in truth.items():
+        assert found.low[name] < volume < found.high[name], name
 
 
 def test_exact_signals_have_no_error_in_the_part_held_out(known):

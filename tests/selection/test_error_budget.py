@@ -170,7 +170,7 @@ def test_parts_are_what_the_error_loses_if_a_group_is_known():
     )
     assert answer.budget.lowest_if_known("valve") == pytest.approx((2.5e6) ** 0.5)
     assert row.low == pytest.approx(row.rms) == row.high
-    assert answer.advice[0].startswith("Measure the valve first: 7.2 kPa becomes 1.6 kPa")
+    assert answer.advice[0].endswith(": 7.2 kPa becomes 1.6 kPa.")
     assert answer.reason.startswith("Expected error 7.2 kPa")
 
 

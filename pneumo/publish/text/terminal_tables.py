@@ -35,8 +35,7 @@ def _table(
 
 STUDY_HEADS = (*("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "A (kPa)", "B (kPa)"),)
 BUDGET_TITLE = (
-    "RMS error (kPa) on cylinders drawn from what is not known: expected, 95 % interval, and the parts"
-    " that each unknown and the model itself cause"
+    "RMS error (kPa): expected, 95 % interval, and the part caused by each unknown and by the model itself"
 )
 
 
@@ -183,10 +182,10 @@ def _ends(low: float, high: float) -> str:
 
 
 RIG_TITLE = (
-    "The rig, by the full order: intervals allow for errors of the configuration.\n"
-    "Green: determined. Yellow: wide, or warned of. Red: not determined."
+    "The rig, by the full order. Intervals include the effect of uncertain inputs.\n"
+    "Green: determined. Yellow: wide, or a warning. Red: not determined."
 )
-RIG_HEADS = ("of the rig", "light", "95 % interval", "moves by", "mostly by", "because")
+RIG_HEADS = ("parameter", "light", "95 % interval", "inputs", "mainly", "reason")
 
 
 def rig_rows(fit: FitResult) -> list[list[str]]:
