@@ -69,7 +69,8 @@ def test_intervals_of_dead_volumes_hold_if_the_zero_of_x_is_off(tmp_path, zero):
     run = simulate(rig, 1e-3, command=1.5 * np.sign(np.cos(steps / 60) + np.cos(steps / 23)) - 0.2)
     P = np.array([run.P_A, run.P_B]) + np.random.default_rng(1).normal(0.0, 500.0, (2, len(run.t)))
     record = stage_signals(1e-3, run.u, run.x + zero, P, configured)
-    found = estimate(FULL, configured, record, intervals=truth, known=accuracy(position_shown=False))
+    problem = Problem(FULL, configured, record.part(0, split_of(record)), {})
+    found = estimate(problem, record, intervals=truth, known=accuracy(position_shown=False))
     for name, volume in truth.items():
         assert found.low[name] < volume < found.high[name], name
 

@@ -53,7 +53,7 @@ rule replay:
         "<results>/logs/replay.log",
     threads: all_cores
     params:
-        code=sha256_of(*SIMULATION, "paper/study/trace_layout.py"),
+        code=sha256_of(*SIMULATION, "paper/study/samplings.py", "paper/study/trace_layout.py"),
     message:
         "Replays of all models, both signal samplings: errors, also by interval of time for the report"
     script:
