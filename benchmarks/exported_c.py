@@ -1,6 +1,6 @@
-"""Cost of a step of every exported model: ``python -m benchmarks.exported_c`` writes pneumo/export/cost.json.
+"""Cost of a step of every exported model: ``python -m benchmarks.exported_c`` writes docs/static/cost.json.
 
-Steps of 1 ms follow the signals of the paper's experiment E10. Counted are the operations of the equations;
+Steps of 1 ms of both chambers with their valve follow the signals of the paper's experiment E10. Measured are
 nanoseconds in C on this processor, the best of some runs; and, where arm-none-eabi-gcc and qemu-system-arm
 are installed, instructions on a Cortex-M4F. ``--shared`` says in the file that other work ran meanwhile;
 ``--observers`` measures observers only, and leaves the rest of the file as it is.
@@ -10,36 +10,23 @@ import json
 import re
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Iterator
-from itertools import product
 from pathlib import Path
 from shutil import which
 from tempfile import TemporaryDirectory
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
 from pneumo import MODELS
 from pneumo.configuration.parameters import load, study
 from pneumo.equations.substep import LENGTHS
-from pneumo.equations.system import FULL_ORDER, System, rates, system
+from pneumo.equations.system import FULL_ORDER, System, system
 from pneumo.export import exported, write_files
-from pneumo.physics.models import lane
-from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.full_order import Recording, record
 
-FILE = Path("pneumo/export/cost.json")
+FILE = Path("docs/static/cost.json")
 EXPERIMENT, N, STEPS, RUNS = "E10", 1.35, 1000, 9
-PARTS = {  # valve, piston
-    "chambers": (True, False),
-    "chambers and piston": (True, True),
-    "chambers without valve": (False, False),
-}
-DEGREE = 4  # of the polynomial for eq (6)
-WIDE = 0.5, 1.5  # times P_atm and P_s: the pressures for which it is made
-POLYNOMIAL = " with a polynomial"  # in place of eq (6)'s power
 SENSORS = "both"  # of the observers
 MAIN = """\
 #define _POSIX_C_SOURCE 199309L
@@ -149,53 +136,6 @@ QEMU = ["qemu-system-arm", "-machine", "mps2-an386", "-nographic", "-semihosting
 CC = ["-std=c99", "-O2"]
 
 
-class Counted(float):
-    """A number that counts the operations made with it; those with a row's zeros and ones are left out."""
-
-    made: ClassVar[Counter[str]] = Counter()
-
-    @classmethod
-    def _made(cls, kind: str, value: Any) -> "Counted":
-        cls.made[kind] += 1
-        return cls(value)
-
-    def __add__(self, other: float) -> "Counted":
-        if type(other) is float and other == 0:
-            return self
-        return self._made("add", float(self) + float(other))
-
-    def __sub__(self, other: float) -> "Counted":
-        return self._made("add", float(self) - float(other))
-
-    def __rsub__(self, other: float) -> "Counted":
-        return self._made("add", float(other) - float(self))
-
-    def __mul__(self, other: float) -> float:
-        if type(other) is float and other in (0, 1):
-            return self if other else 0.0
-        return self._made("multiply", float(self) * float(other))
-
-    def __truediv__(self, other: float) -> "Counted":
-        return self._made("divide", float(self) / float(other))
-
-    def __rtruediv__(self, other: float) -> "Counted":
-        return self._made("divide", float(other) / float(self))
-
-    def __pow__(self, other: float, modulus: None = None, /) -> float:
-        if other in (0, 1):
-            return self if other else 1.0
-        kind = {0.5: "root", 2: "multiply"}.get(float(other), "power")
-        return self._made(kind, float(self) ** float(other))
-
-    def __neg__(self) -> "Counted":
-        return type(self)(-float(self))
-
-    def __abs__(self) -> "Counted":
-        return type(self)(abs(float(self)))
-
-    __radd__, __rmul__ = __add__, __mul__
-
-
 def recording_of() -> Recording:
     """The first steps of the experiment."""
     e = study(load("config/paper.yaml")).experiments[EXPERIMENT]
@@ -204,58 +144,9 @@ def recording_of() -> Recording:
 
 def signals_of(recording: Recording, chosen: System) -> np.ndarray:
     """Inputs of a system at every step of the recording, shape (steps + 1, inputs)."""
-    plant, states = recording.plant, recording.states
-    u = np.clip(recording.u, -plant.valve.u_max, plant.valve.u_max)
-    flows = []
-    for sign, s in ((1, 2), (-1, 4)):
-        pairs = [
-            chamber_flows(sign * a, P, T, plant.valve, plant.gas, plant.conditions)
-            for a, P, T in zip(u, states[:, s], states[:, s + 1], strict=True)
-        ]
-        flows.append(np.subtract(*np.transpose(pairs)))
-    values = {"u": u, "x": states[:, 0], "v": states[:, 1], "m_A": flows[0], "m_B": flows[1]}
-    return np.column_stack([values.get(name, np.zeros(len(u))) for name in chosen.inputs])
-
-
-def operations(recording: Recording, chosen: System) -> dict[str, float]:
-    """Operations of an evaluation of the rates, by kind: mean over every tenth step."""
-    names, signals = chosen.states, signals_of(recording, chosen)
-    columns = {"x": 0, "v": 1, "P_A": 2, "T_A": 3, "P_B": 4, "T_B": 5}
-    Counted.made = Counter()
-    places = range(0, STEPS, 10)
-    for k in places:
-        state = [Counted(recording.states[k, columns[name]]) for name in names]
-        rates(chosen, state, [Counted(value) for value in signals[k]])
-    return {kind: count / len(places) for kind, count in sorted(Counted.made.items())}
-
-
-def temperature_polynomial(recording: Recording) -> tuple[Polynomial, float]:
-    """Polynomial p for which eq (6) is T_0 p((P/P_0)^(1/4)), and its largest relative error.
-
-    A fourth root costs two instructions, and of it the power is nearly a straight line.
-    """
-    c, gamma = recording.plant.conditions, recording.plant.gas.gamma
-    a = lane(MODELS["M8"], N, gamma).a
-    ends = [(factor * P / c.P_0) ** 0.25 for factor, P in zip(WIDE, (c.P_atm, c.P_s), strict=True)]
-    root = np.linspace(ends[0], ends[1], 10_001)
-    nodes = np.mean(ends) + np.ptp(ends) / 2 * np.cos(np.pi * (np.arange(200) + 0.5) / 200)
-    fit = Polynomial.fit(nodes, nodes ** (4 * a), DEGREE, w=nodes ** (-4 * a)).convert()
-    return fit, float(np.abs(fit(root) / root ** (4 * a) - 1).max())
-
-
-def with_polynomial(source: str, polynomial: Polynomial, precision: str) -> str:
-    """C source in which eq (6) is a polynomial of the fourth root of the pressure ratio."""
-    suffix = "f" if precision == "float" else ""
-    terms = [f"{value:.9e}{suffix}" for value in polynomial.coef]
-    horner = terms[-1]
-    for term in terms[-2::-1]:
-        horner = f"({term} + root*{horner})"
-    root = f"const {precision} root = sqrt{suffix}(sqrt{suffix}(P/p->P_0));"
-    line = f"{root}\n    const {precision} T = p->T_0*{horner}; /* K, eq (6) */"
-    source, count = re.subn(rf"const {precision} T = .*; /\* K, eq \(6\) \*/", lambda _: line, source)
-    if count != 2:
-        raise ValueError(f"{count} statements of eq (6) in the exported C, not two")  # rates and substep
-    return source
+    limit, states = recording.plant.valve.u_max, recording.states
+    values = {"u": np.clip(recording.u, -limit, limit), "x": states[:, 0], "v": states[:, 1]}
+    return np.column_stack([values.get(name, np.zeros(len(states))) for name in chosen.inputs])
 
 
 def with_shortest_substeps(files: dict[str, str]) -> dict[str, str]:
@@ -290,26 +181,21 @@ def observer_programs(recording: Recording, precision: str) -> Iterator[tuple[st
         yield name, texts | {"main.c": MAIN % words, "arm.c": ARM_MAIN % words, "arm.ld": LINKER_SCRIPT}
 
 
-def programs(recording: Recording, precision: str, part: str) -> Iterator[tuple[str, dict[str, str]]]:
-    """Name and files of the program of each row: models, those with a polynomial, and the full order."""
-    polynomial, _ = temperature_polynomial(recording)
-    c, (valve, piston) = recording.plant.conditions, PARTS[part]
-    suffix = "f" if precision == "float" else ""
+def programs(recording: Recording, precision: str) -> Iterator[tuple[str, dict[str, str]]]:
+    """Name and files of the program of each row: models and the full order."""
+    c, suffix = recording.plant.conditions, "f" if precision == "float" else ""
     for name in (*MODELS, FULL_ORDER):
-        chosen = system(name, N, recording.plant, valve=valve, piston=piston)
+        chosen = system(name, N, recording.plant)
         signals = signals_of(recording, chosen)
         start = chosen.state(x=0.0, v=0.0, P=c.P_0, T=c.T_0)
         table = _table("signals", signals, precision)
         words = {"M": name, "f": precision, "steps": STEPS, "runs": RUNS}
         words |= {"start": ", ".join(f"{value:.9e}{suffix}" for value in start), "signals": table}
         words["work"] = WORK % words
-        files = exported(name, N, recording.plant, "c", precision=precision, valve=valve, piston=piston)
+        files = exported(name, N, recording.plant, "c", precision=precision)
         texts = {file: text.decode() for file, text in files.items() if "_test" not in file}
         texts |= {"main.c": MAIN % words, "arm.c": ARM_MAIN % words, "arm.ld": LINKER_SCRIPT}
         yield name, texts
-        if name in MODELS and MODELS[name].temperature == "polytropic":
-            source = f"{name}.c"
-            yield name + POLYNOMIAL, texts | {source: with_polynomial(texts[source], polynomial, precision)}
 
 
 def _run(folder: str, command: list[str]) -> str:
@@ -318,14 +204,13 @@ def _run(folder: str, command: list[str]) -> str:
 
 def measured(name: str, files: dict[str, str], arm: bool) -> dict[str, Any]:
     """Costs of a row: ns here; and on a Cortex-M4F instructions, bytes of code and of stack."""
-    model = name.removesuffix(POLYNOMIAL)
     with TemporaryDirectory() as folder:
         write_files({file: text.encode() for file, text in files.items()}, Path(folder))
-        _run(folder, ["gcc", *CC, "main.c", f"{model}.c", "-lm", "-o", "main"])
+        _run(folder, ["gcc", *CC, "main.c", f"{name}.c", "-lm", "-o", "main"])
         costs: dict[str, Any] = {"ns": float(_run(folder, ["./main"]))}
         if arm:
             compiler = ["arm-none-eabi-gcc", *ARM, *CC]
-            _run(folder, [*compiler, "-fstack-usage", "-c", f"{model}.c", "-o", "model.o"])
+            _run(folder, [*compiler, "-fstack-usage", "-c", f"{name}.c", "-o", "model.o"])
             linked = [*compiler, "-nostartfiles", "-T", "arm.ld", "arm.c", "model.o", "-lm", "-o", "arm.elf"]
             _run(folder, linked)
             told = subprocess.run(
@@ -377,10 +262,9 @@ def _processor() -> str:
 
 
 def costs(shared: bool) -> dict[str, Any]:
-    """All costs by part, precision and row."""
+    """All costs by precision and row."""
     recording = recording_of()
     has_arm = _has_arm()
-    _, error = temperature_polynomial(recording)
     results: dict[str, Any] = {
         "experiment": EXPERIMENT,
         "n": N,
@@ -388,24 +272,17 @@ def costs(shared: bool) -> dict[str, Any]:
         "shared": shared,
         "compiler": _version("gcc"),
         "arm": [_version("arm-none-eabi-gcc"), _version("qemu-system-arm")] if has_arm else [],
-        "polynomial": {"degree": DEGREE, "largest_relative_error": error},
-        "operations": {},
         "rows": {},
     }
-    for part, (valve, piston) in PARTS.items():
-        results["operations"][part] = {
-            name: operations(recording, system(name, N, recording.plant, valve=valve, piston=piston))
-            for name in (*MODELS, FULL_ORDER)
-        }
-    for part, precision in product(PARTS, ("double", "float")):
-        of_part = results["rows"].setdefault(part, {}).setdefault(precision, {})
-        for name, files in programs(recording, precision, part):
+    for precision in ("double", "float"):
+        of_precision = results["rows"].setdefault(precision, {})
+        for name, files in programs(recording, precision):
             on_arm = has_arm and precision == "float"
-            of_part[name] = measured(name, files, on_arm)
-            if on_arm and part == "chambers":
+            of_precision[name] = measured(name, files, on_arm)
+            if on_arm:
                 most = measured(name, with_shortest_substeps(files), on_arm)
-                of_part[name]["most_instructions"] = most["instructions"]
-            print(part, precision, name, of_part[name], flush=True)
+                of_precision[name]["most_instructions"] = most["instructions"]
+            print(precision, name, of_precision[name], flush=True)
     return results
 
 

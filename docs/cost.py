@@ -1,20 +1,18 @@
-"""Tables of exported steps: cost, from pneumo/export/cost.json, and strokes, from static/strokes.json."""
+"""Tables of exported steps: cost, from static/cost.json, and strokes, from static/strokes.json."""
 
 import json
 from pathlib import Path
 from typing import Any
 
-from benchmarks.exported_c import POLYNOMIAL
 from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.equations.system import FULL_ORDER
 
 STROKES = Path(__file__).parent / "static/strokes.json"
-KINDS = {"add": "+ −", "multiply": "×", "divide": "÷", "root": "root", "power": "power"}
 NAMES = {FULL_ORDER: "full order"}
 
 
 def _name(row: str) -> str:
-    return NAMES.get(row, row.replace(POLYNOMIAL, ", polynomial"))
+    return NAMES.get(row, row)
 
 
 def strokes() -> str:
@@ -35,33 +33,17 @@ def _count(value: float) -> str:
 
 
 def tables(cost: dict[str, Any]) -> dict[str, str]:
-    """Tables of export.md: operations, chambers, the other parts, and observers."""
-    chambers, parts = cost["rows"]["chambers"], cost["rows"]
-    operations = [
-        [_name(row), *(f"{counts.get(kind, 0):.0f}" for kind in KINDS)]
-        for row, counts in cost["operations"]["chambers"].items()
-    ]
+    """Tables of export.md: steps and observers."""
+    double_rows, single_rows = (cost["rows"][precision] for precision in ("double", "float"))
     steps = []
-    for row in chambers["double"]:
-        double, single = (chambers[precision][row] for precision in ("double", "float"))
+    for row, double in double_rows.items():
+        single = single_rows[row]
         cells = [_name(row)]
         cells += [_count(at["ns"]) for at in (double, single)]
         cells += [
             _count(single[key]) if key in single else "" for key in ("instructions", "most_instructions")
         ]
         steps.append([*cells, _count(single["code_bytes"]), _count(single["stack_bytes"])])
-    others = [
-        [_name(row)]
-        + [
-            _count(at)
-            for part in ("chambers and piston", "chambers without valve")
-            for at in (
-                parts[part]["double"][row]["ns"],
-                parts[part]["float"][row]["instructions"],
-            )
-        ]
-        for row in chambers["double"]
-    ]
     cycles = cost["observers"]["rows"]
     observers = []
     for row, double in cycles["double"].items():
@@ -72,24 +54,20 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
         observers.append([_name(row), states, *ns, _count(single["instructions"]), *bytes_of])
     of_observers = ["observer", "states", "double (ns)", "float (ns)", "Cortex-M4F", "code (bytes)"]
     heads = ["row", "double (ns)", "float (ns)", "Cortex-M4F", "most", "code (bytes)", "stack (bytes)"]
-    with_piston = ["with piston, double (ns)", "with piston, Cortex-M4F"]
-    without = ["no valve, double (ns)", "no valve, Cortex-M4F"]
     return {
-        "table_operations": table(["row", *KINDS.values()], operations),
         "table_steps": table(heads, steps),
         "table_strokes": strokes(),
         "table_observers": table([*of_observers, "stack (bytes)", "estimate (bytes)"], observers),
-        "table_parts": table(["row", *with_piston, *without], others),
     }
 
 
 def numbers(cost: dict[str, Any]) -> dict[str, str]:
     """Numbers and tables of the cost of a step, by name."""
-    single = cost["rows"]["chambers"]["float"]
-    full, *others = (single[row]["instructions"] for row in (FULL_ORDER, "M8", "M6", "M8" + POLYNOMIAL))
+    single = cost["rows"]["float"]
+    full, *others = (single[row]["instructions"] for row in (FULL_ORDER, "M8", "M6"))
     full_row = single[FULL_ORDER]
     cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]
-    names = [f"full_over_{name}_instructions" for name in ("M8", "M6", "M8_polynomial")]
+    names = [f"full_over_{name}_instructions" for name in ("M8", "M6")]
     return (
         tables(cost)
         | {
@@ -99,8 +77,6 @@ def numbers(cost: dict[str, Any]) -> dict[str, str]:
             "compilers": "; ".join([cost["compiler"], *cost["arm"]]),
             "observer_over_step": f"{cycle / single['M8']['instructions']:.1f}",
             "most_over_mean": f"{full_row['most_instructions'] / full_row['instructions']:.1f}",
-            "degree": str(cost["polynomial"]["degree"]),
-            "polynomial_error": f"{cost['polynomial']['largest_relative_error']:.0e}",
         }
         | {name: f"{full / other:.2f}" for name, other in zip(names, others, strict=True)}
     )

@@ -29,7 +29,6 @@ from paper.study.paper_2006.summary import LEVELS
 from paper.study.samplings import STUDY_SAMPLINGS
 from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.catalogue import coefficient_times_length, measured_conductances
-from pneumo.export.step_cost import FILE as STEP_COST
 from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
 from pneumo.verdict.facts import headline_text
@@ -64,7 +63,7 @@ def from_kept_files() -> Numbers:
         "budget_test": budget_counts.numbers(
             *(xr.load_dataset(KEPT / f"{name}.nc") for name in ("budget_test", "budget_test_repeated"))
         ),
-        "cost": cost.numbers(_stored(STEP_COST)),
+        "cost": cost.numbers(_stored(STATIC / "cost.json")),
         "drift": drift.tables(),
         "fit_bench": fit_bench(_stored(STATIC / "fit_bench.json")),
         "measured_air": measured_air.numbers(air),

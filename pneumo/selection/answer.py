@@ -18,7 +18,7 @@ from pneumo.selection.cylinder_ranking import LONG_RUN
 from pneumo.statistics.error_budget import FULL_ORDER, Budget, Row
 from pneumo.statistics.ranking import MATERIAL, Ranking, cost, rank_models
 
-# Beside `cost` of the models: no power, so that a step costs less than one of M5 to M10 (`step_cost`).
+# Beside `cost` of the models: no power, so that a step costs less than one of M5 to M10 (docs/export.md).
 FULL_ORDER_COST = (0, 4, 0, 1)
 UNKNOWN_FILE = "CONFIGURATION.yaml"  # in a command, where the name is not known
 
