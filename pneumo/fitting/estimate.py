@@ -80,8 +80,11 @@ def estimate(
     low, high = dict[str, float](), dict[str, float]()
     for i, name in ((i, name) for i, name in enumerate(problem.names) if name in intervals):
         ends = parameter_interval(problem, best, i, both, PARAMETERS[name].search.logarithmic)
-        shift = float(np.sqrt(np.sum(moved[:, i] ** 2)))  # a profile of noise may be narrower
-        ends = min(ends[0], best.theta[i] - shift), max(ends[1], best.theta[i] + shift)
+        if PARAMETERS[name].group == "dead volume":
+            # A zero of x that is off moves it by as much volume, so the profile of the noise may be narrower.
+            shift = float(np.sqrt(np.sum(moved[:, i] ** 2)))
+            least, most = np.log(np.maximum([1 - shift, 1 + shift], np.finfo(float).tiny))
+            ends = min(ends[0], best.theta[i] + least), max(ends[1], best.theta[i] + most)
         ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
         if PARAMETERS[name].group == "dead volume" and np.isfinite(ends[1]):  # it is never negative
             ends = max(ends[0], problem.bounds()[0, i]), ends[1]
