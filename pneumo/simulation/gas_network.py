@@ -16,6 +16,7 @@ import pneumo.core as core
 from pneumo.physics.models import Lane, Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas
 
+MOST_PARTS = 10_000  # steps between two samples: a node that needs more is no part of a real rig
 LAMINAR = 5e-3  # 1 - P_d / P_u below which a flow is proportional to it: no step follows the bare root
 # Rate times step, for the fastest node, up to which a step is stable; the method's own limit is 3.3.
 STABLE = 2.5
@@ -130,9 +131,13 @@ def replay(
     -------
     Replayed
         Pressures and temperatures at every sample; NaN from the sample on at which a pressure or a
-        temperature is no longer positive.
+        temperature is no longer positive, and throughout if a sample took more than `MOST_PARTS` steps.
     """
-    parts = max(1, int(np.ceil(h * fastest_rate(nodes, links, surroundings, V, areas, gas))))
+    needed = h * fastest_rate(nodes, links, surroundings, V, areas, gas)
+    if needed > MOST_PARTS:
+        nothing = np.full(V.shape, np.nan)
+        return Replayed(nothing, nothing, nothing)
+    parts = max(1, int(np.ceil(needed)))
     rows = np.array([(*node.lane, *node[1:]) for node in nodes], dtype=float)
     count, samples = V.shape
     ends = count + len(surroundings)

@@ -149,6 +149,12 @@ def test_a_pressure_that_is_not_positive_ends_a_replay():
     assert np.isnan(shrunk.P[0, -1]) and np.isfinite(shrunk.P[0, 0])
 
 
+def test_a_node_far_too_fast_for_its_samples_has_no_pressures():
+    """A search over a rig's volumes reaches nodes that would take 10^12 steps a sample."""
+    got = replay([node()], [Link(1, 0)], [SUPPLY], 1e-18 * ONES[None], 1e-6 * ONES[None], AIR, H)
+    assert np.isnan(got.P).all() and got.P.shape == (1, SAMPLES)
+
+
 def test_a_valve_that_opens_linearly_beside_one_that_is_shut_lets_in_its_integral():
     V, opening = 1e-3, 1e-6 * np.linspace(0.0, 1.0, SAMPLES) ** 2
     shut_first = [Link(1, 0), Link(1, 0)]

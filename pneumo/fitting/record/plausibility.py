@@ -169,10 +169,10 @@ def _check_position(path: Path, signal: Series, plant: Plant, from_end: bool, cl
 def _check_command(path: Path, signal: Series, x: np.ndarray, plant: Plant, closed: bool) -> list[str]:
     """Note on a command beyond the limiter; `InputError` if it cannot be one of both directions."""
     u, u_max = signal.values, plant.valve.u_max
-    if signal.text.startswith("mA") and np.abs(u).max() > OF_LOOP * u_max:
+    if ".." in signal.text and np.abs(u).max() > OF_LOOP * u_max:
         raise InputError(
-            f"{path}: column u: {u.min():.4g} to {u.max():.4g} V, read in {signal.text}: which range has the"
-            " current? write mA 0..20, mA -20..20 or mA -10..10; mA alone is 4..20"
+            f"{path}: column u: {u.min():.4g} to {u.max():.4g} V, read in {signal.text}: which range has it?"
+            " write mA 0..20, mA -20..20 or V 0..10; mA alone is 4..20"
         )
     forth, back = (x - np.minimum.accumulate(x)).max(), (np.maximum.accumulate(x) - x).max()
     if not closed and u.min() * u.max() >= 0 and min(forth, back) > TO_AND_FRO * plant.cylinder.stroke / 2:

@@ -7,7 +7,11 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-LENGTHS = {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "inch": 0.0254}
+LENGTHS = {
+    **dict.fromkeys(("mm", "millimeter", "millimetre"), 1e-3),
+    **{"m": 1.0, "cm": 1e-2, "um": 1e-6},
+    **dict.fromkeys(("in", "inch", "inches"), 0.0254),
+}
 TIMES = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
     **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e-3),
@@ -20,7 +24,8 @@ TIMES = {
 PRESSURES = {
     **{"kPa": 1e3, "bar": 1e5, "Pa": 1.0, "MPa": 1e6, "mbar": 1e2, "hPa": 1e2, "psi": 6894.757293168361},
     **dict.fromkeys(("kgf/cm2", "kg/cm2", "kp/cm2"), 98066.5),
-    **{"N/mm2": 1e6, "lbf/in2": 6894.757293168361, "inHg": 25.4 * 133.322387415},
+    **dict.fromkeys(("lbf/in2", "lb/in2"), 6894.757293168361),
+    **{"N/mm2": 1e6, "inHg": 25.4 * 133.322387415},
     **{"atm": 101325.0, "Torr": 101325 / 760, "mmHg": 133.322387415},
     **{"mmH2O": 9.80665, "cmH2O": 98.0665, "inH2O": 25.4 * 9.80665},
 }
@@ -36,7 +41,7 @@ VOLUMES = {
     "m3": 1.0,
     "ft3": 0.3048**3,
 }
-VOLTAGES = {"V": 1.0, "mV": 1e-3, **dict.fromkeys(("volt", "volts", "VDC"), 1.0)}
+VOLTAGES = {"V": 1.0, "mV": 1e-3, **dict.fromkeys(("volt", "volts", "VDC", "V DC"), 1.0)}
 COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, sccm, scfm
 ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
 QUANTITIES = ("t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
@@ -57,7 +62,7 @@ PLAIN = str.maketrans(
     {"°": "deg", "µ": "u", "μ": "u", "²": "2", "³": "3", "–": "-", "−": "-", "…": "...", "℃": "degC"}
 )
 MARKED = re.compile(
-    r"(?P<unit>.+?)[\s_.,-]*[\[(]?(?P<mark>absolute|abs|a|gauge|gage|g|relative|rel|ü|e|differential|diff|d)\.?[\])]?",
+    r"(?P<unit>.+?)[\s_.,-]*[\[(]?(?P<mark>absolute|abs|a|gauge|gage|g|relative|rel|ü|eff|e|differential|diff|d)\.?[\])]?",
     re.IGNORECASE,
 )
 VOLUME_FLOW = re.compile(

@@ -46,7 +46,8 @@ def test_air_of_the_reference_atmosphere_has_the_density_of_its_definition():
 def test_every_factor_is_that_of_pint(units, si):
     spelled = {"msec": "ms", "usec": "us", "nsec": "ns", "secs": "s", "100 ns": "hns", "Torr": "torr"}
     spelled |= {"kgf/cm2": "kgf/cm**2", "kg/cm2": "kgf/cm**2", "kp/cm2": "kgf/cm**2", "N/mm2": "N/mm**2"}
-    spelled |= {"lbf/in2": "psi", "dm3": "dm**3", "cm3": "cm**3", "m3": "m**3", "ft3": "ft**3"}
+    spelled |= {"dm3": "dm**3", "cm3": "cm**3", "m3": "m**3", "ft3": "ft**3"}
+    spelled |= {"lbf/in2": "psi", "lb/in2": "psi"}
     for unit, factor in units.items():
         expected = PINT.Quantity(1.0, spelled.get(unit, unit)).to(si).magnitude
         # Pint multiplies prefixes in another order, and its columns of mercury and water have seven digits.
@@ -71,7 +72,7 @@ def test_pressures_are_absolute_or_gauge_as_sensors_are_labelled(mark):
 
 NORMAL, PER_MINUTE = 101325 / (287.05 * 273.15), 1e-3 / 60
 READ = {  # factor and offset: quantity and units
-    (1, 0): "t: sec | sec. | [s]; x: m; P_A: Pa; u: V | VDC | volts | ±10 V; m_A: kg/s",
+    (1, 0): "t: sec | sec. | [s]; x: m; P_A: Pa; u: V | VDC | V DC | volts | ±10 V; m_A: kg/s",
     (1e-3, 0): "t: ms | milliseconds since 2024-05-13 10:00; x: MM; u: mV; m_A: g/s",
     (1e-6, 0): "t: µs; x: µm; m_A: mg/s",
     (3600, 0): "t: h",
