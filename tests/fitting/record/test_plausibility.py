@@ -56,6 +56,8 @@ REFUSED = [
     ),
     (lambda: table(t_s=1e3 * T), ["2 s apart: must be 1e-05 to 0.1 s; is t in ms?"]),
     (lambda: table()[:99], ["99 samples: must be at least 100"]),
+    (lambda: table(**{"u_mA": np.cos(20 * T)}), ["column u", "which range has it?", "mA 0..20"]),
+    (lambda: table(**{"u_on/off": 3 * np.cos(20 * T)}), ["column u", "which range has it?"]),
     (lambda: table(P_A_Pa=P / 1e3), ["column P_A", "read in Pa; is it in kPa (a factor of 1000)?"]),
     (lambda: table(P_A_barg=(P - C.P_atm) / 1e3), ["read in bar; is it in kPa (a factor of 100)?"]),
     (lambda: table(P_A_Pa=np.zeros(ROWS)), ["line 2, column P_A", "must be absolute", "bar(g)"]),
