@@ -1,5 +1,7 @@
 """Full-order runs on given signals, measured signals, and replays of a model on either."""
 
+from __future__ import annotations  # or `help` would spell out ArrayLike
+
 from math import isfinite
 from typing import Any, NamedTuple
 

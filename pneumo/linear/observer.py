@@ -1,5 +1,7 @@
 """Extended Kalman filter that estimates the pressures, and on request k_0, from measured signals."""
 
+from __future__ import annotations  # or `help` would spell out ArrayLike
+
 from typing import NamedTuple
 
 import numpy as np
