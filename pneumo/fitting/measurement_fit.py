@@ -91,7 +91,7 @@ def fit_measurement(
     has_full = m.m is None
     _check_also(also, measurement, plant)
     also = tuple(name for choice in also for name in (CURVE if choice == VALVE_CURVE else (choice,)))
-    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
+    record = stage_signals(m, plant, command)
     split = split_of(record, part)
     record = record._replace(largest=largest_command(m.u[: split + 1], plant))
     long = long_notes(record, split, part)
@@ -194,7 +194,7 @@ def validation(
     Only first pressures and temperatures are fitted there. `plant` is the one with which the fit began.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
-    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
+    record = stage_signals(m, plant, command)
     record = record._replace(largest=largest_command(fitted.fitted_commands, plant))
     values = {
         name: {p: i.value for p, i in fitted.replayed(name).items() if p not in STARTS}
