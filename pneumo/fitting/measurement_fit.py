@@ -1,6 +1,7 @@
 """Models fitted to a measurement, the full order first; their notes, warnings, errors on another record."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -116,7 +117,7 @@ def fit_measurement(
         progress(error_line(name, fitted))
     estimates = ranked(estimates)
     if not has_full:
-        judged = judged._replace(model=MODELS[next(iter(estimates))])
+        judged = replace(judged, model=MODELS[next(iter(estimates))])
     best = estimates[judged.model.name]
     of_rig = stop_warnings(m, plant, known) + fit_warnings(judged, best)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
@@ -167,10 +168,10 @@ def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[
     No interval is computed if the residuals of the first, plain fit make it `doubtful` by `DISTRUST`.
     """
     plant, signals = plain.plant, plain.signals
-    plain = plain._replace(priors=priors(plant, signals, known, sensor_noise(signals.P, signals.P)))
+    plain = replace(plain, priors=priors(plant, signals, known, sensor_noise(signals.P, signals.P)))
     rough = best_start(plain)
     noise = sensor_noise(signals.P, rough.residual * plant.conditions.P_s)
-    problem = plain._replace(priors=priors(plant, signals, known, noise))
+    problem = replace(plain, priors=priors(plant, signals, known, noise))
     halves = remainder_shifts(rough), expected_shifts(covariances(rough)[0])
     remainder, expected = (dict(zip(plain.names, half.tolist(), strict=True)) for half in halves)
     far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)

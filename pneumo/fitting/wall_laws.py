@@ -5,6 +5,7 @@ root of P T, as the full order has it. All follow a record closely, but the sens
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,7 +31,7 @@ def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:
     """
     fits: dict[Wall, Solution] = {}
     for wall in WALL_LAWS:
-        of_law = problem._replace(model=FULL._replace(wall=wall))
+        of_law = replace(problem, model=FULL._replace(wall=wall))
         searches = [best] if wall == FULL.wall else [fit(of_law, start=start) for start in (best.theta, None)]
         fits[wall] = min(searches, key=lambda found: found.squares)
     most = AS_GOOD**2 * min(fitted.squares for fitted in fits.values())
