@@ -7,7 +7,7 @@ the residual and from its auto- and cross-correlation, and the larger one is use
 from the standard error, a wide one from the profile of the sum of squares.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import ClassVar, NamedTuple
 
@@ -230,13 +230,9 @@ def covariances(found: Solution, model_error: float = 0.0) -> np.ndarray:
     return np.array([of_noise, of_residual]) + model_error / HALF_WIDTH**2 * inverse + unseen
 
 
-def larger(both: np.ndarray) -> np.ndarray:
-    """Larger of two covariances from `covariances`."""
-    return max(both, key=lambda covariance: float(np.trace(covariance)))
-
-
-def correlation(covariance: np.ndarray) -> np.ndarray:
-    """Correlation of the parameters from their covariance."""
+def correlation(both: np.ndarray) -> np.ndarray:
+    """Correlation of the parameters from the larger of two covariances from `covariances`."""
+    covariance = max(both, key=lambda matrix: float(np.trace(matrix)))
     scale = np.sqrt(np.diag(covariance))
     return covariance / np.outer(scale, scale)
 
@@ -317,6 +313,7 @@ def profile_interval(
         """Distance of an end from the best value; infinite if the interval reaches the distance `limit`."""
         tried = {0.0: best.theta}
 
+        @lru_cache
         def excess(distance: float) -> float:
             """Root of the added sum of squares over that allowed, less 1: about linear in the distance."""
             if distance == 0:
@@ -328,27 +325,14 @@ def profile_interval(
                 problem, start, tolerance=CLOSE * allowed / best.squares, most=PROFILE_STEPS, fixed=index
             )
             tried[distance] = profile.theta
-            return float(np.sqrt(max(profile.squares - best.squares, 0.0) / allowed)) - 1
+            root = float(np.sqrt(max(profile.squares - best.squares, 0.0) / allowed))
+            return root - 1 if abs(root - 1) > CLOSE else 0.0
 
-        return profile_end(excess, min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE), limit)
+        inside, outside = 0.0, min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE, limit)
+        while excess(outside) < 0:
+            if outside >= limit:
+                return np.inf
+            inside, outside = outside, min(2 * outside, limit)
+        return float(brentq(excess, inside, outside, xtol=CLOSE * min(outside, 1.0) / 2))  # type: ignore[arg-type]
 
     return centre - end(-1.0, centre - bounds[0, index]), centre + end(1.0, bounds[1, index] - centre)
-
-
-def profile_end(excess: Callable[[float], float], first: float, limit: float) -> float:
-    """Distance at which `excess`, negative at 0, has grown to zero; infinite if that is beyond `limit`.
-
-    It is tried at the distance `first`, and then farther out.
-    """
-
-    @lru_cache
-    def once(distance: float) -> float:
-        found = excess(distance)
-        return found if abs(found) > CLOSE else 0.0
-
-    inside, outside = 0.0, min(first, limit)
-    while once(outside) < 0:
-        if outside >= limit:
-            return np.inf
-        inside, outside = outside, min(2 * outside, limit)
-    return float(brentq(once, inside, outside, xtol=CLOSE * min(outside, 1.0) / 2))  # type: ignore[arg-type]

@@ -13,7 +13,6 @@ from pneumo.fitting.engine import (
     correlation,
     covariances,
     expected_shifts,
-    larger,
     parameter_interval,
     remainder_shifts,
 )
@@ -114,7 +113,7 @@ def estimate(
         },
         remainder=named(remainder_shifts(nearest)),
         expected=named(expected_shifts(both[0])),
-        correlation=dict(zip(problem.names, map(named, correlation(larger(both))), strict=True)),
+        correlation=dict(zip(problem.names, map(named, correlation(both)), strict=True)),
         of_configuration=plant.conditions.P_s * misfit,
         at_bound=problem.at_bound(best.theta),
         offsets=sensor_offsets(problem, best, changes) if model is FULL else {},

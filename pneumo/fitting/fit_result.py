@@ -123,6 +123,8 @@ class FitResult:
     warnings: tuple[str, ...]  # reasons not to believe the fit, a sentence each
     held_out_from: float  # s, time of the last sample that was fitted
     # Lights of the full order's parameters with the reason of those not green; empty without the full order.
+    # Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
+    # configuration states, or a warning of the rig concerns the parameter.
     judgements: Mapping[str, tuple[Light, str]] = field(default_factory=dict)
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
     quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
@@ -185,20 +187,6 @@ class FitResult:
             for name, interval in self.estimates(model).items()
         }
 
-    @property
-    def lights(self) -> dict[str, Light]:
-        """Lights of the full order's parameters, by name; empty if the full order was not fitted.
-
-        Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
-        configuration states, or a warning of the rig concerns the parameter.
-        """
-        return {name: light for name, (light, _) in self.judgements.items()}
-
-    @property
-    def reasons(self) -> dict[str, str]:
-        """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
-        return {name: reason for name, (_, reason) in self.judgements.items() if reason}
-
     def correlation(self, model: str) -> pd.DataFrame:
         """Correlation of a model's parameters, by their names."""
         table = self.data["correlation"].sel(model=model).values
@@ -227,7 +215,8 @@ class FitResult:
             for model in self.models
         }
         texts = {"notes": list(self.notes), "warnings": list(self.warnings)}
-        lights = {"lights": self.lights} if self.lights else {}
+        colours = {name: light for name, (light, _) in self.judgements.items()}
+        lights = {"lights": colours} if colours else {}
         return {"held_out_from": self.held_out_from, "models": models} | lights | texts
 
     def save(self, config_sha256: str, path: Path) -> None:
