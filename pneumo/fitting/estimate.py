@@ -1,6 +1,6 @@
 """A model fitted to a record: its estimates, their intervals, and its error on the part held out."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +30,7 @@ from pneumo.fitting.residuals import residuals
 from pneumo.fitting.settings import MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.wall_laws import likelihoods, wall_law_fits
-from pneumo.physics.models import Wall
+from pneumo.physics.models import Model, Wall
 
 ALONE_STEPS = 15  # of a search with one configured quantity free
 
@@ -88,14 +88,7 @@ def estimate(
         if PARAMETERS[name].group == "dead volume" and np.isfinite(ends[1]):  # it is never negative
             ends = max(ends[0], problem.bounds()[0, i]), ends[1]
         low[name], high[name] = (scales[name].si(end) if np.isfinite(end) else np.nan for end in ends)
-    # No model predicts the first pressures of the part held out: these alone are fitted.
-    fixed = {name: value for name, value in values.items() if name not in STARTS}
-    rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), fixed)
-    predicted = replayed_pressures(rest, first_pressures(rest)[None])[0]
-    rms, held_out = (
-        np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
-        for signals, P in ((problem.signals, fitted), (rest.signals, predicted))
-    )
+    predicted, held_out = prediction(model, plant, record.part(split, record.P.shape[1] - 1), values)
 
     def named(row: np.ndarray) -> dict[str, float]:
         return dict(zip(problem.names, row.tolist(), strict=True))
@@ -104,7 +97,7 @@ def estimate(
         values=values,
         low=low,
         high=high,
-        rms=rms,
+        rms=np.sqrt(np.mean((problem.signals.P - fitted) ** 2, axis=1)),
         held_out=held_out,
         pressure=np.concatenate([fitted[:, :-1], predicted], axis=1),
         moved={
@@ -120,6 +113,19 @@ def estimate(
         averaged=problem.values(averaged_theta) if model is FULL else {},
         laws={law: float(weight) for law, weight in zip(by_law, weights, strict=True)},
     )
+
+
+def prediction(
+    model: Model, plant: Plant, signals: StageSignals, values: Mapping[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pressures of another record, Pa, from a fitted model, and their root mean square errors by chamber.
+
+    No model predicts first pressures and temperatures: these alone are fitted.
+    """
+    fixed = {name: value for name, value in values.items() if name not in STARTS}
+    other = Problem(model, plant, signals, fixed)
+    P = replayed_pressures(other, first_pressures(other)[None])[0]
+    return P, np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
 
 
 def first_pressures(problem: Problem) -> np.ndarray:

@@ -30,7 +30,7 @@ from pneumo.fitting.fitted_parameters import (
     start_name,
 )
 from pneumo.fitting.stage_signals import StageSignals
-from pneumo.fitting.valve_signal import behind_valve
+from pneumo.fitting.valve_signal import behind_valve, lagged
 from pneumo.physics.cylinder import chamber_of, heat_area, sign_of
 from pneumo.physics.models import Lane, Model, lane, lane_array
 from pneumo.physics.valve import choked_flow
@@ -296,12 +296,7 @@ def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarr
         at = np.clip(np.arange(last + 1) + skew / period, 0, last)
         before = np.minimum(at.astype(int), last - 1)
         P = P[..., before] + (at - before) * (P[..., before + 1] - P[..., before])
-    if lag := value.get("filter", 0.0):
-        decay = np.exp(-period / lag)
-        # Exact for pressures that are linear between samples.
-        late = lag / period * (1 - decay)
-        P, _ = lfilter([1 - late, late - decay], [1.0, -decay], P, zi=P[..., :1] * late)
-    return P
+    return lagged(P, value.get("filter", 0.0), period)
 
 
 def offsets(value: dict[str, float]) -> np.ndarray:

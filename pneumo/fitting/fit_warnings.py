@@ -239,13 +239,11 @@ def odd_values(
 def undetermined_notes(
     estimate: Estimate,
     names: Iterable[str],
-    *,
-    of_k_0: str = CLOSED_TEST,
     remedy: str = "excite the cylinder more, or record longer",
 ) -> list[str]:
     """Notes on the parameters in `names` that have an interval, but a wide or open one, with a remedy."""
     return [
-        f"this record does not determine {QUANTITIES[name].name}: {of_k_0 if name == 'k_0' else remedy}"
+        f"this record does not determine {QUANTITIES[name].name}: {CLOSED_TEST if name == 'k_0' else remedy}"
         for name in names
         if name in estimate.low and name not in estimate.at_bound
         if not estimate.high[name] < VAGUE * estimate.low[name]

@@ -16,7 +16,7 @@ from pneumo.fitting.estimate import (
     best_start,
     error_line,
     estimate,
-    first_pressures,
+    prediction,
     ranked,
     split_of,
 )
@@ -26,7 +26,6 @@ from pneumo.fitting.fit_problem import (
     offsets,
     opened,
     priors,
-    replayed_pressures,
     with_causes,
 )
 from pneumo.fitting.fit_result import Estimate, FitResult, Light, equally_good, fit_data
@@ -197,21 +196,13 @@ def validation(
     m, plant = measurement, at_temperature(plant, measurement.T)
     record = stage_signals(m, plant, command)
     record = record._replace(largest=largest_command(fitted.fitted_commands, plant))
-    values = {
-        name: {p: i.value for p, i in fitted.replayed(name).items() if p not in STARTS}
-        for name in fitted.models
-    }
+    values = {name: {p: i.value for p, i in fitted.replayed(name).items()} for name in fitted.models}
     corrected, behind = plant, record
     if FULL.name in values:
         corrected, behind = with_causes(plant, values[FULL.name]), opened(record, values[FULL.name])
-    errors: dict[str, np.ndarray] = {}
-    for name, fixed in values.items():
-        full = name == FULL.name
-        model, of_model = (FULL, (plant, record)) if full else (MODELS[name], (corrected, behind))
-        problem = Problem(model, *of_model, fixed)
-        replayed = replayed_pressures(problem, first_pressures(problem)[None])[0]
-        errors[name] = np.sqrt(np.mean((problem.signals.P - replayed) ** 2, axis=1))
-    return errors
+    rows = {name: (MODELS[name], corrected, behind) for name in values if name != FULL.name}
+    rows[FULL.name] = FULL, plant, record
+    return {name: prediction(*rows[name], fixed)[1] for name, fixed in values.items()}
 
 
 def fitted_too(also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics) -> tuple[str, ...]:

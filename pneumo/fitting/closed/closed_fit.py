@@ -207,7 +207,7 @@ def closed_warnings(
     meaning = "no n describes wall heat and leakage of this record"
     result = residual_warnings(next(iter(estimates)), residuals)
     result += odd_values(wall.values | free, at_bound, plant, meaning=meaning)
-    result += undetermined_notes(wall, ("k_0_A", "k_0_B", *volumes), remedy=REMEDY)
+    result += undetermined_notes(wall, ("k_0_A", "k_0_B", *volumes), REMEDY)
     ends = [(wall.low[name], wall.high[name]) for name in ("k_0_A", "k_0_B") if name in wall.low]
     if ends and apart(ends):
         result.append(
