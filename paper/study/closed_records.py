@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pneumo.fitting.closed.closed_problem import LAWS, ClosedProblem, ClosedRecord, Law, fitted_names
+from pneumo.fitting.closed.closed_problem import LAWS, ClosedRecord, Law, closed_problem, fitted_names
 from pneumo.fitting.fit_result import Estimate
 
 R_NITROGEN, GAMMA = 296.80, 1.4  # J/(kg K); at 0.3 to 1.6 MPa nitrogen is perfect within 1 %
@@ -15,9 +15,9 @@ PART = 0.6  # of a record that is fitted
 THINNED = 5  # every how many samples one is fitted: 0.1 s, while a stroke takes seconds
 SHOWN = 60.0  # s, of errors in the figure
 STILL = 0.05  # relative change of pressure below which a record has nothing to fit
-PARAMETERS = ("V_d_A", "V_d_B", "start_A", "start_B", "n", "k_A", "k_B", "leak")
-SCALES = {"V_d_A": 1e-2, "V_d_B": 1e-2, "k_A": 10.0, "k_B": 10.0, "leak": 1e-9}  # m^3, W/K, kg/(s Pa)
-GUESS = {"V_d_A": 2.0, "V_d_B": 4.0, "n": 1.2}  # over the scales; others: 1
+# By their names in the file.
+PARAMETERS = {"V_d_A": "V_d_A", "V_d_B": "V_d_B", "n": "n", "k_A": "k_0_A", "k_B": "k_0_B", "leak": "leak"}
+TYPICAL = {"V_d_A": 2e-2, "V_d_B": 4e-2, "k_0_A": 10.0, "k_0_B": 10.0, "leak": 1e-9}  # m^3, W/K, kg/(s Pa)
 
 
 def read_closed_record(path: Path) -> ClosedRecord:
@@ -49,7 +49,7 @@ def is_still(record: ClosedRecord) -> bool:
 def fit_law(record: ClosedRecord, law: Law, leaks: bool) -> Estimate:
     """Estimate of a law, fitted to the first `PART` of a record; without intervals."""
     names, fitted = fitted_names(law, leaks), int(PART * len(record.t))
-    problem = ClosedProblem(record, law, names, fitted, SCALES, GUESS, THINNED)
+    problem = closed_problem(record, law, names, TYPICAL, fitted, THINNED)
     theta = problem.solve().theta
     pressure, values = problem.replay(theta, len(record.t)), problem.values(theta)
     return Estimate({name: values[name] for name in names}, {}, {}, *problem.errors(pressure), pressure)
@@ -66,7 +66,7 @@ def judged(record: ClosedRecord) -> xr.Dataset:
     first, by = int(PART * len(record.t)), ("law", "leakage", "chamber")
     window = slice(first, first + int(np.searchsorted(record.t, SHOWN)), THINNED)
     errors = [(row[0].pressure - record.P)[:, window] for row in fits]
-    values = [[[fit.values.get(name, np.nan) for name in PARAMETERS] for fit in row] for row in fits]
+    values = [[[fit.values.get(name, np.nan) for name in PARAMETERS.values()] for fit in row] for row in fits]
     return xr.Dataset(
         {
             "fitted_rms": (by, [[fit.rms for fit in row] for row in fits], {"units": "Pa"}),

@@ -5,6 +5,7 @@ signals, and so the minimum of the sum of squares. An offset of a pressure senso
 volumes and leaves hardly a residual. Both follow from the residual and the derivatives at the optimum.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ def changed(problem: Problem, known: Accuracy) -> tuple[Problem, ...]:
         plant._replace(conditions=air._replace(T_amb=air.T_amb + known.T_amb)),
         plant._replace(conditions=air._replace(P_atm=air.P_atm * (1 + known.P_atm))),
     )
-    bore, stroke, T_amb, P_atm = (problem._replace(plant=other) for other in plants)
+    bore, stroke, T_amb, P_atm = (replace(problem, plant=other) for other in plants)
     gains = 1 + known.P_gain * np.eye(2)[..., None]
     P_s = signals.P_s if signals.P_s is None else signals.P_s * (1 + known.P_gain)
     records = (
@@ -35,7 +36,7 @@ def changed(problem: Problem, known: Accuracy) -> tuple[Problem, ...]:
         *(signals._replace(P=signals.P * gain) for gain in gains),
         signals._replace(P_s=P_s),
     )
-    zero, scale, P_A, P_B, supply = (problem._replace(signals=other) for other in records)
+    zero, scale, P_A, P_B, supply = (replace(problem, signals=other) for other in records)
     return bore, stroke, zero, scale, T_amb, P_atm, P_A, P_B, supply
 
 

@@ -1,15 +1,15 @@
 """Nonlinear least squares: solution, covariance with correlated residuals, and intervals.
 
-A fit is a `LeastSquares`, which knows its parameters and the residual with its derivative. Sensors have white
+A fit is a `LeastSquares`, which knows its parameters and the residual. Sensors have white
 noise; noise in the position and whatever a model lacks reach the residual through a replay, which has memory,
 so that the usual covariance of least squares would be far too small. Two are computed, from the white part of
 the residual and from its auto- and cross-correlation, and the larger one is used. A narrow interval comes
 from the standard error, a wide one from the profile of the sum of squares.
 """
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from functools import lru_cache
-from typing import ClassVar, NamedTuple, Protocol
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -32,24 +32,81 @@ CLOSE = 0.05  # relative accuracy of the end of an interval
 PROFILE_STEPS = 12  # evaluations for each value that is tried for an end
 
 
-class LeastSquares(Protocol):
-    """A problem of least squares with parameters between bounds, on the scale of the search."""
+class Scale(NamedTuple):
+    """Scale on which a parameter is searched, and its bounds in SI units."""
 
-    def bounds(self) -> np.ndarray:
-        """Lower and upper bounds, shape (2, parameter)."""
-        ...
+    low: float
+    high: float
+    logarithmic: bool = False
+    unit: float = 1.0  # of a linear scale
+
+    def inner(self, value: float) -> float:
+        """Value on the scale of the search, from that in SI units."""
+        return float(np.log(value)) if self.logarithmic else float(value) / self.unit
+
+    def si(self, part: float) -> float:
+        """Value in SI units, from that on the scale of the search."""
+        return float(np.exp(part)) if self.logarithmic else self.unit * float(part)
+
+
+class LeastSquares:
+    """A problem of least squares with parameters between bounds; arrays of them are on the search's scale."""
+
+    scales: Mapping[str, Scale]  # by parameter
+    fixed: Mapping[str, float]  # values of what is not fitted, SI units
+    slope_step: ClassVar[float]  # of one-sided differences
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(self.scales)
 
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Measured minus computed values, shape (channel, sample)."""
-        ...
+        raise NotImplementedError
 
-    def jacobian(self, theta: np.ndarray) -> np.ndarray:
-        """Derivative of the computed values, shape (channel, sample, parameter)."""
-        ...
+    def inner(self, values: Mapping[str, float]) -> np.ndarray:
+        """Parameters on the scale of the search, from their values in SI units."""
+        return np.array([scale.inner(values[name]) for name, scale in self.scales.items()])
+
+    def values(self, theta: np.ndarray) -> dict[str, float]:
+        """Parameters in SI units, fixed ones too."""
+        fitted = {name: self.scales[name].si(x) for name, x in zip(self.scales, theta, strict=True)}
+        return {**self.fixed, **fitted}
+
+    def bounds(self) -> np.ndarray:
+        """Lower and upper bounds, shape (2, parameter)."""
+        scales = self.scales.values()
+        return np.array([[s.inner(s.low) for s in scales], [s.inner(s.high) for s in scales]])
+
+    def at_bound(self, theta: np.ndarray, margin: float) -> tuple[str, ...]:
+        """Names of the parameters within `margin`, as a fraction of the distance between bounds, of one."""
+        low, high = self.bounds()
+        part = (theta - low) / (high - low)
+        return tuple(name for name, at in zip(self.names, part, strict=True) if not margin < at < 1 - margin)
 
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances from the priors' centres, and weights of their squares, both of shape (parameter,)."""
-        ...
+        """Distances from the priors' centres, and weights of their squares; here without any weight."""
+        return theta, np.zeros(len(theta))
+
+    def jacobian(self, theta: np.ndarray) -> np.ndarray:
+        """Derivative of the computed values, shape (channel, sample, parameter).
+
+        It is by one-sided differences, away from the nearer bound.
+        """
+        low, high = self.bounds()
+        steps = np.where(theta - low > high - theta, -self.slope_step, self.slope_step)
+        here, changed = self.residual(theta), theta + np.diag(steps)
+        columns = [(here - self.residual(row)) / size for row, size in zip(changed, steps, strict=True)]
+        return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
+
+    def intervals(self, best: "Solution", both: np.ndarray) -> tuple[dict[str, float], dict[str, float]]:
+        """Lower and upper ends of the parameters' intervals, SI units, NaN where open."""
+        low, high = dict[str, float](), dict[str, float]()
+        for i, (name, scale) in enumerate(self.scales.items()):
+            ends = parameter_interval(self, best, i, both)
+            low[name], high[name] = (scale.si(end) if np.isfinite(end) else np.nan for end in ends)
+        return low, high
 
 
 class Solution(NamedTuple):
@@ -173,13 +230,9 @@ def covariances(found: Solution, model_error: float = 0.0) -> np.ndarray:
     return np.array([of_noise, of_residual]) + model_error / HALF_WIDTH**2 * inverse + unseen
 
 
-def larger(both: np.ndarray) -> np.ndarray:
-    """Larger of two covariances from `covariances`."""
-    return max(both, key=lambda covariance: float(np.trace(covariance)))
-
-
-def correlation(covariance: np.ndarray) -> np.ndarray:
-    """Correlation of the parameters from their covariance."""
+def correlation(both: np.ndarray) -> np.ndarray:
+    """Correlation of the parameters from the larger of two covariances from `covariances`."""
+    covariance = max(both, key=lambda matrix: float(np.trace(matrix)))
     scale = np.sqrt(np.diag(covariance))
     return covariance / np.outer(scale, scale)
 
@@ -220,15 +273,15 @@ def inverse_curvature(found: Solution) -> np.ndarray:
 
 
 def parameter_interval(
-    problem: LeastSquares, best: Solution, index: int, both: np.ndarray, logarithmic: bool = True
+    problem: LeastSquares, best: Solution, index: int, both: np.ndarray
 ) -> tuple[float, float]:
     """Interval of parameter `index`, from its standard error if it is narrow, else from the profile.
 
     The ends are on the scale of the search, infinite where open. A parameter correlated with a loosely known
     one gets the union of both intervals: the sum of squares has a curved valley there. `both` is from
-    `covariances`. A parameter whose scale is not `logarithmic` needs no profile of its own.
+    `covariances`. A parameter whose scale is not logarithmic needs no profile of its own.
     """
-    bounds = problem.bounds()
+    bounds, logarithmic = problem.bounds(), problem.scales[problem.names[index]].logarithmic
     low, high = bounds[:, index]
     limited = max((bounded(c, bounds) for c in both), key=lambda c: c[index, index])
     halves = expected_shifts(limited)
@@ -260,6 +313,7 @@ def profile_interval(
         """Distance of an end from the best value; infinite if the interval reaches the distance `limit`."""
         tried = {0.0: best.theta}
 
+        @lru_cache
         def excess(distance: float) -> float:
             """Root of the added sum of squares over that allowed, less 1: about linear in the distance."""
             if distance == 0:
@@ -271,59 +325,14 @@ def profile_interval(
                 problem, start, tolerance=CLOSE * allowed / best.squares, most=PROFILE_STEPS, fixed=index
             )
             tried[distance] = profile.theta
-            return float(np.sqrt(max(profile.squares - best.squares, 0.0) / allowed)) - 1
+            root = float(np.sqrt(max(profile.squares - best.squares, 0.0) / allowed))
+            return root - 1 if abs(root - 1) > CLOSE else 0.0
 
-        return profile_end(excess, min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE), limit)
+        inside, outside = 0.0, min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE, limit)
+        while excess(outside) < 0:
+            if outside >= limit:
+                return np.inf
+            inside, outside = outside, min(2 * outside, limit)
+        return float(brentq(excess, inside, outside, xtol=CLOSE * min(outside, 1.0) / 2))  # type: ignore[arg-type]
 
     return centre - end(-1.0, centre - bounds[0, index]), centre + end(1.0, bounds[1, index] - centre)
-
-
-def profile_end(excess: Callable[[float], float], first: float, limit: float) -> float:
-    """Distance at which `excess`, negative at 0, has grown to zero; infinite if that is beyond `limit`.
-
-    It is tried at the distance `first`, and then farther out.
-    """
-
-    @lru_cache
-    def once(distance: float) -> float:
-        found = excess(distance)
-        return found if abs(found) > CLOSE else 0.0
-
-    inside, outside = 0.0, min(first, limit)
-    while once(outside) < 0:
-        if outside >= limit:
-            return np.inf
-        inside, outside = outside, min(2 * outside, limit)
-    return float(brentq(once, inside, outside, xtol=CLOSE * min(outside, 1.0) / 2))  # type: ignore[arg-type]
-
-
-class WithoutPrior(LeastSquares, Protocol):
-    """A problem without prior knowledge, with derivatives by one-sided differences."""
-
-    names: tuple[str, ...]
-    slope_step: ClassVar[float]  # of the differences, on the scale of the search
-    logarithmic: ClassVar[tuple[str, ...]] = ()  # parameters with a logarithmic scale
-
-    def si(self, name: str, part: float) -> float:
-        """Value of a parameter in SI units, from that on the scale of the search."""
-        ...
-
-    def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances from no centre, without weight."""
-        return theta, np.zeros(len(theta))
-
-    def jacobian(self, theta: np.ndarray) -> np.ndarray:
-        """Derivative of the computed values, by steps away from the nearer bound."""
-        low, high = self.bounds()
-        steps = np.where(theta - low > high - theta, -self.slope_step, self.slope_step)
-        here, changed = self.residual(theta), theta + np.diag(steps)
-        columns = [(here - self.residual(row)) / size for row, size in zip(changed, steps, strict=True)]
-        return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
-
-    def intervals(self, best: Solution, both: np.ndarray) -> tuple[dict[str, float], dict[str, float]]:
-        """Lower and upper ends of the parameters' intervals, SI units, NaN where open."""
-        low, high = dict[str, float](), dict[str, float]()
-        for i, name in enumerate(self.names):
-            ends = parameter_interval(self, best, i, both, logarithmic=name in self.logarithmic)
-            low[name], high[name] = (self.si(name, end) if np.isfinite(end) else np.nan for end in ends)
-        return low, high

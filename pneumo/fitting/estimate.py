@@ -1,6 +1,7 @@
 """A model fitted to a record: its estimates, their intervals, and its error on the part held out."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from pneumo.fitting.engine import (
     correlation,
     covariances,
     expected_shifts,
-    larger,
     parameter_interval,
     remainder_shifts,
 )
@@ -23,7 +23,6 @@ from pneumo.fitting.fit_problem import (
     fit,
     replayed_pressures,
     settled,
-    si_value,
 )
 from pneumo.fitting.fit_result import Estimate, rms_of_chambers
 from pneumo.fitting.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
@@ -31,7 +30,7 @@ from pneumo.fitting.residuals import residuals
 from pneumo.fitting.settings import MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.wall_laws import likelihoods, wall_law_fits
-from pneumo.physics.models import Wall
+from pneumo.physics.models import Model, Wall
 
 ALONE_STEPS = 15  # of a search with one configured quantity free
 
@@ -77,9 +76,9 @@ def estimate(
     nearest = min((best, *others), key=lambda found: np.sum(found.residual**2))
     values = problem.values(best.theta)
     averaged_theta = np.clip(best.theta + np.where(starts, 0.0, weights @ laws), *problem.bounds())
-    low, high = dict[str, float](), dict[str, float]()
+    low, high, scales = dict[str, float](), dict[str, float](), problem.scales
     for i, name in ((i, name) for i, name in enumerate(problem.names) if name in intervals):
-        ends = parameter_interval(problem, best, i, both, PARAMETERS[name].search.logarithmic)
+        ends = parameter_interval(problem, best, i, both)
         if PARAMETERS[name].group == "dead volume":
             # A zero of x that is off moves it by as much volume, so the profile of the noise may be narrower.
             shift = float(np.sqrt(np.sum(moved[:, i] ** 2)))
@@ -88,15 +87,8 @@ def estimate(
         ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
         if PARAMETERS[name].group == "dead volume" and np.isfinite(ends[1]):  # it is never negative
             ends = max(ends[0], problem.bounds()[0, i]), ends[1]
-        low[name], high[name] = (si_value(name, end) if np.isfinite(end) else np.nan for end in ends)
-    # No model predicts the first pressures of the part held out: these alone are fitted.
-    fixed = {name: value for name, value in values.items() if name not in STARTS}
-    rest = Problem(model, plant, record.part(split, record.P.shape[1] - 1), fixed)
-    predicted = replayed_pressures(rest, first_pressures(rest)[None])[0]
-    rms, held_out = (
-        np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
-        for signals, P in ((problem.signals, fitted), (rest.signals, predicted))
-    )
+        low[name], high[name] = (scales[name].si(end) if np.isfinite(end) else np.nan for end in ends)
+    predicted, held_out = prediction(model, plant, record.part(split, record.P.shape[1] - 1), values)
 
     def named(row: np.ndarray) -> dict[str, float]:
         return dict(zip(problem.names, row.tolist(), strict=True))
@@ -105,22 +97,35 @@ def estimate(
         values=values,
         low=low,
         high=high,
-        rms=rms,
+        rms=np.sqrt(np.mean((problem.signals.P - fitted) ** 2, axis=1)),
         held_out=held_out,
         pressure=np.concatenate([fitted[:, :-1], predicted], axis=1),
         moved={
-            name: np.array([si_value(name, end) - si_value(name, best.theta[i]) for end in ends])
-            for i, (name, ends) in enumerate(zip(problem.names, (best.theta + moved).T, strict=True))
+            name: np.array([scales[name].si(end) - values[name] for end in ends])
+            for name, ends in zip(problem.names, (best.theta + moved).T, strict=True)
         },
         remainder=named(remainder_shifts(nearest)),
         expected=named(expected_shifts(both[0])),
-        correlation=dict(zip(problem.names, map(named, correlation(larger(both))), strict=True)),
+        correlation=dict(zip(problem.names, map(named, correlation(both)), strict=True)),
         of_configuration=plant.conditions.P_s * misfit,
         at_bound=problem.at_bound(best.theta),
         offsets=sensor_offsets(problem, best, changes) if model is FULL else {},
         averaged=problem.values(averaged_theta) if model is FULL else {},
         laws={law: float(weight) for law, weight in zip(by_law, weights, strict=True)},
     )
+
+
+def prediction(
+    model: Model, plant: Plant, signals: StageSignals, values: Mapping[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pressures of another record, Pa, from a fitted model, and their root mean square errors by chamber.
+
+    No model predicts first pressures and temperatures: these alone are fitted.
+    """
+    fixed = {name: value for name, value in values.items() if name not in STARTS}
+    other = Problem(model, plant, signals, fixed)
+    P = replayed_pressures(other, first_pressures(other)[None])[0]
+    return P, np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
 
 
 def first_pressures(problem: Problem) -> np.ndarray:
@@ -131,7 +136,7 @@ def first_pressures(problem: Problem) -> np.ndarray:
     signals, found = problem.signals, dict[str, float]()
     for i, (first, last) in enumerate(signals.pieces):
         last = min(last, first + MOST_STEPS // signals.stride)
-        alone = problem._replace(signals=signals.part(first, last))
+        alone = replace(problem, signals=signals.part(first, last))
         values = alone.values(fit(alone).theta)
         found |= {start_name(name, i): values[name] for name in alone.names}
     return problem.inner(found)
@@ -149,7 +154,7 @@ def best_start(problem: Problem) -> Solution:
         return settled(problem, first)
     tried = [first]
     for name in problem.priors:
-        alone = problem._replace(priors={}, also=(*problem.also, name))
+        alone = replace(problem, priors={}, also=(*problem.also, name))
         trial = alone.values(fit(alone, tolerance=1e-3, most=ALONE_STEPS).theta)
         guess = problem.values(problem.guess())
         tried.append(fit(problem, start=problem.inner(guess | trial)))

@@ -6,8 +6,9 @@ a dead volume, since hoses differ.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from operator import attrgetter
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
 from pneumo.errors import InputError
-from pneumo.fitting.engine import Solution, solve
+from pneumo.fitting.engine import LeastSquares, Scale, Solution, solve
 from pneumo.fitting.fitted_parameters import (
     ALSO,
     CONFIGURED,
@@ -29,7 +30,7 @@ from pneumo.fitting.fitted_parameters import (
     start_name,
 )
 from pneumo.fitting.stage_signals import StageSignals
-from pneumo.fitting.valve_signal import behind_valve
+from pneumo.fitting.valve_signal import behind_valve, lagged
 from pneumo.physics.cylinder import chamber_of, heat_area, sign_of
 from pneumo.physics.models import Lane, Model, lane, lane_array
 from pneumo.physics.valve import choked_flow
@@ -55,21 +56,11 @@ FULL = Model(
 )
 
 
-def search_value(name: str, value: float) -> float:
-    """Value of a parameter on the scale of its search, from that in SI units."""
-    return float(np.log(value)) if PARAMETERS[name].search.logarithmic else float(value)
-
-
-def si_value(name: str, value: float) -> float:
-    """Value of a parameter in SI units, from that on the scale of its search."""
-    return float(np.exp(value)) if PARAMETERS[name].search.logarithmic else float(value)
-
-
 class Prior(NamedTuple):
-    """Prior knowledge of a parameter, on the scale of its search."""
+    """Prior knowledge of a parameter."""
 
-    centre: float
-    deviation: float  # standard deviation
+    centre: float  # SI units
+    deviation: float  # standard deviation, on the scale of the search
     weight: float  # of the squared distance from it, where a residual of P_s counts 1
 
 
@@ -86,56 +77,44 @@ def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -
         configured = attrgetter(str(PARAMETERS[name].search.start))(plant)
         deviation = getattr(known, name) / LIMITS
         weight = (noise / plant.conditions.P_s / deviation) ** 2
-        result[name] = Prior(search_value(name, configured), deviation, weight)
+        result[name] = Prior(configured, deviation, weight)
     return result
 
 
-class Problem(NamedTuple):
+@dataclass(frozen=True)
+class Problem(LeastSquares):
     """A model to be fitted to a measurement."""
 
     model: Model
     plant: Plant  # as configured; fitted parameters replace its k_0, k_xu and V_d
     signals: StageSignals
-    fixed: dict[str, float]  # parameters that are not fitted, in SI units
+    fixed: Mapping[str, float]
     also: tuple[str, ...] = ()  # of `ALSO`, fitted without prior knowledge; of the full order only
-    priors: Mapping[str, Prior] = MappingProxyType({})  # of `CONFIGURED` parameters that are fitted too
+    priors: Mapping[str, Prior] = field(default_factory=dict)  # of `CONFIGURED` parameters, fitted too
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the fitted parameters."""
+    @cached_property
+    def scales(self) -> dict[str, Scale]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Scales of the fitted parameters."""
         full, starts = self.model.name == FULL_ORDER, range(len(self.signals.begins))
         fitted = {"index": self.model.has_n, "wall": self.model.wall != "none", "valve": full}
         fitted |= {"flow": self.signals.flow is None, "first temperature": full}
         added = {*self.also, *self.priors}
         without = {*self.fixed, *STARTS} - {start_name(name, i) for name in STARTS_OF_ONE for i in starts}
-        return tuple(
-            name
-            for name, parameter in PARAMETERS.items()
-            if (name in added or (name not in ALSO and fitted.get(parameter.group, True)))
-            and name not in without
-        )
+        result: dict[str, Scale] = {}
+        for name, (_, search, group, *_) in PARAMETERS.items():
+            if name in without or not (name in added if name in ALSO else fitted.get(group, True)):
+                continue
+            size = attrgetter(search.times)(self.plant) if "." in search.times else 1.0
+            if search.times == "A_q0":
+                size = heat_area(0.0, self.plant.cylinder)
+            result[name] = Scale(search.low * size, search.high * size, search.logarithmic)
+        return result
 
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances of the parameters from their priors' centres, and the weights of the squared distances.
-
-        Both have the shape (parameter,); the weight is zero for a parameter without a prior or named in
-        `also`.
-        """
-        none = Prior(0.0, np.inf, 0.0)
-        held = [self.priors.get(name, none) if name not in self.also else none for name in self.names]
-        centre, _, weight = np.array(held).T
-        return theta - centre, weight
-
-    def bounds(self) -> np.ndarray:
-        """Lower and upper bounds on the scale of the search, shape (2, parameter)."""
-        result: list[list[float]] = []
-        for name in self.names:
-            search = PARAMETERS[name].search
-            scale = attrgetter(search.times)(self.plant) if "." in search.times else 1.0
-            if search.times == "A_q0":
-                scale = heat_area(0.0, self.plant.cylinder)
-            result.append([search_value(name, end * scale) for end in (search.low, search.high)])
-        return np.array(result).T
+        """Distances from the priors' centres, and weights of their squares: zero for those in `also`."""
+        known = {name: prior for name, prior in self.priors.items() if name not in self.also}
+        centres = [self.scales[n].inner(known[n].centre) if n in known else 0.0 for n in self.names]
+        return theta - centres, np.array([known[n].weight if n in known else 0.0 for n in self.names])
 
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Measured minus replayed pressures in units of P_s, shape (chamber, sample)."""
@@ -146,32 +125,25 @@ class Problem(NamedTuple):
     def jacobian(self, theta: np.ndarray) -> np.ndarray:
         """Derivative of the replayed pressures in units of P_s, shape (chamber, sample, parameter).
 
-        It is by one-sided differences, away from the nearer bound, and zero where there is no replay.
+        As of any `LeastSquares`, but one replay varies the same parameter of both chambers. It is zero where
+        there is no replay.
         """
         low, high = self.bounds()
         steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
-        # One replay varies the same parameter of both chambers.
-        groups: dict[str, list[int]] = {}
-        for i, name in enumerate(self.names):
-            groups.setdefault(name.removesuffix("_A").removesuffix("_B"), []).append(i)
-        thetas = np.tile(theta, (len(groups) + 1, 1))
-        for row, members in zip(thetas[1:], groups.values(), strict=True):
-            row[members] += steps[members]
+        stems = [name.removesuffix("_A").removesuffix("_B") for name in self.names]
+        varied = np.array([[other == stem for other in stems] for stem in dict.fromkeys(stems)])
+        thetas = np.vstack([theta, theta + steps * varied])
         here, *others = replayed_pressures(self, thetas) / self.plant.conditions.P_s
-        result = np.zeros((*here.shape, len(theta)))
-        for other, members in zip(others, groups.values(), strict=True):
-            for i in members:
-                side = {"A": slice(0, 1), "B": slice(1, 2)}.get(self.names[i][-1], slice(0, 2))
-                result[side, :, i] = (other[side] - here[side]) / steps[i]
+        of_chamber = np.array([[name[-1] != other for name in self.names] for other in "BA"])
+        slopes = (np.array(others) - here)[varied.argmax(axis=0)] / steps[:, None, None]
+        result = np.moveaxis(slopes, 0, -1) * of_chamber[:, None]
         return np.nan_to_num(result, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
 
-    def at_bound(self, theta: np.ndarray) -> tuple[str, ...]:
+    def at_bound(self, theta: np.ndarray, margin: float = ON_BOUND) -> tuple[str, ...]:
         """Names of the parameters on a bound of the search; a lag, dead band or leak of zero is normal."""
-        low, high = self.bounds()
-        margin = ON_BOUND * (high - low)
-        from_zero = np.array([PARAMETERS[name].search.low == 0 for name in self.names])
-        reached = (theta >= high - margin) | ((theta <= low + margin) & ~from_zero)
-        return tuple(np.array(self.names)[reached].tolist())
+        middle = self.bounds().mean(axis=0)
+        from_zero = np.array([scale.low == 0 for scale in self.scales.values()])
+        return super().at_bound(np.where(from_zero, np.maximum(theta, middle), theta), margin)
 
     def guess(self) -> np.ndarray:
         """Start of the search: the configured values and the first measured pressures."""
@@ -186,14 +158,6 @@ class Problem(NamedTuple):
         low, high = self.bounds()
         return np.clip(self.inner(values), low + SLOPE_STEP, high - SLOPE_STEP)
 
-    def inner(self, values: dict[str, float]) -> np.ndarray:
-        """Fitted parameters on the scale of the search, from their values in SI units."""
-        return np.array([search_value(name, values[name]) for name in self.names])
-
-    def values(self, theta: np.ndarray) -> dict[str, float]:
-        """Parameters in SI units, fixed ones too, from `theta` on the scale of the search."""
-        return self.fixed | {name: si_value(name, x) for name, x in zip(self.names, theta, strict=True)}
-
 
 def replayed_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
     """Pressures of a model with several sets of parameters, Pa, shape (set, chamber, samples).
@@ -206,7 +170,7 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
     parts: list[np.ndarray] = []
     for i, (first, last) in enumerate(signals.pieces):
         own = [value | {n: value.get(start_name(n, i), np.nan) for n in STARTS_OF_ONE} for value in values]
-        piece = problem._replace(signals=signals.part(first, last))
+        piece = replace(problem, signals=signals.part(first, last))
         parts.append(_pressures_of_record(piece, own))
     return np.concatenate(parts, axis=-1)
 
@@ -332,12 +296,7 @@ def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarr
         at = np.clip(np.arange(last + 1) + skew / period, 0, last)
         before = np.minimum(at.astype(int), last - 1)
         P = P[..., before] + (at - before) * (P[..., before + 1] - P[..., before])
-    if lag := value.get("filter", 0.0):
-        decay = np.exp(-period / lag)
-        # Exact for pressures that are linear between samples.
-        late = lag / period * (1 - decay)
-        P, _ = lfilter([1 - late, late - decay], [1.0, -decay], P, zi=P[..., :1] * late)
-    return P
+    return lagged(P, value.get("filter", 0.0), period)
 
 
 def offsets(value: dict[str, float]) -> np.ndarray:
@@ -357,9 +316,9 @@ def _lane(problem: Problem, value: dict[str, float]) -> Lane:
 def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
     """Plant with the parameters of `ALSO` that were fitted in place of the configured values."""
     for name in ALSO:
-        field = PARAMETERS[name].search.start
-        if isinstance(field, str) and name in values:
-            part, number = field.split(".")
+        start = PARAMETERS[name].search.start
+        if isinstance(start, str) and name in values:
+            part, number = start.split(".")
             changed = getattr(plant, part)._replace(**{number: values[name]})
             plant = plant._replace(**{part: changed})
     return plant

@@ -123,6 +123,8 @@ class FitResult:
     warnings: tuple[str, ...]  # reasons not to believe the fit, a sentence each
     held_out_from: float  # s, time of the last sample that was fitted
     # Lights of the full order's parameters with the reason of those not green; empty without the full order.
+    # Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
+    # configuration states, or a warning of the rig concerns the parameter.
     judgements: Mapping[str, tuple[Light, str]] = field(default_factory=dict)
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
     quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
@@ -185,20 +187,6 @@ class FitResult:
             for name, interval in self.estimates(model).items()
         }
 
-    @property
-    def lights(self) -> dict[str, Light]:
-        """Lights of the full order's parameters, by name; empty if the full order was not fitted.
-
-        Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
-        configuration states, or a warning of the rig concerns the parameter.
-        """
-        return {name: light for name, (light, _) in self.judgements.items()}
-
-    @property
-    def reasons(self) -> dict[str, str]:
-        """Reasons of the `lights` that are not green: the first words of the warning, or the interval."""
-        return {name: reason for name, (_, reason) in self.judgements.items() if reason}
-
     def correlation(self, model: str) -> pd.DataFrame:
         """Correlation of a model's parameters, by their names."""
         table = self.data["correlation"].sel(model=model).values
@@ -227,7 +215,8 @@ class FitResult:
             for model in self.models
         }
         texts = {"notes": list(self.notes), "warnings": list(self.warnings)}
-        lights = {"lights": self.lights} if self.lights else {}
+        colours = {name: light for name, (light, _) in self.judgements.items()}
+        lights = {"lights": colours} if colours else {}
         return {"held_out_from": self.held_out_from, "models": models} | lights | texts
 
     def save(self, config_sha256: str, path: Path) -> None:
@@ -243,17 +232,12 @@ def fit_data(
     measurement: Measurement, estimates: Mapping[str, Estimate], parameters: Sequence[str]
 ) -> xr.Dataset:
     """Dataset of several fitted models, from `estimates_data`, and of the measured signals."""
-    t = ("chamber", "t")
+    m, chambers = measurement, ("chamber", "t")
     flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
-    u, m = {"u": ("t", measurement.u)}, {"m": (t, measurement.m, flow)}
     data = estimates_data(estimates, {name: QUANTITIES[name].unit for name in parameters})
-    return data.assign_coords(t=measurement.t).assign(
-        {
-            "P": (t, measurement.P, {"long_name": "measured absolute pressure"}),
-            **(u if measurement.m is None else m),
-            "x": ("t", measurement.x),
-        }
-    )
+    driven = {"u": ("t", m.u)} if m.m is None else {"m": (chambers, m.m, flow)}
+    P = chambers, m.P, {"long_name": "measured absolute pressure"}
+    return data.assign_coords(t=m.t).assign({"P": P, **driven, "x": ("t", m.x)})
 
 
 def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) -> xr.Dataset:
@@ -262,51 +246,48 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
     Estimates and intervals are by (model, parameter), shifts by (model, parameter, quantity), errors by
     (model, chamber), replayed pressures by (model, chamber, t).
     """
-    parameters = list(units)
+    parameters, every = list(units), list(estimates.values())
 
-    def values(field: str) -> np.ndarray:
-        return np.array([[getattr(e, field).get(p, np.nan) for p in parameters] for e in estimates.values()])
+    def of_parameters(field: str, absent: Any = np.nan) -> np.ndarray:
+        return np.array([[getattr(e, field).get(p, absent) for p in parameters] for e in every])
 
-    def arrays(field: str) -> np.ndarray:
-        return np.array([getattr(e, field) for e in estimates.values()])
+    def errors(field: str, part: str) -> tuple[Any, ...]:
+        about = {"long_name": f"root mean square error on the part {part}", "units": "Pa"}
+        return ("model", "chamber"), np.array([getattr(e, field) for e in every]), about
 
-    by_parameter, by_chamber = ("model", "parameter"), ("model", "chamber")
-    on_bounds = np.array([[np.int8(p in e.at_bound) for p in parameters] for e in estimates.values()])
-    interval = "end of the 95 per cent interval, in parameter_unit; NaN where open"
-    rms, Pa, every = "root mean square error on the part", {"units": "Pa"}, estimates.values()
-    some: dict[str, Any] = {}
-    if moved := any(estimate.moved for estimate in every):
-        none = np.full(len(SHIFTING), np.nan)
-        table = [[e.moved.get(p, none) for p in parameters] for e in every]
-        text = "shift if a configured quantity is off by its accuracy, in parameter_unit"
-        some["moved_by"] = (*by_parameter, "quantity"), np.array(table), {"long_name": text}
-    if related := any(estimate.correlation for estimate in every):
-        table = [
-            [[e.correlation.get(p, {}).get(q, np.nan) for q in parameters] for p in parameters] for e in every
-        ]
-        some["correlation"] = (*by_parameter, "other"), np.array(table), {"long_name": "of two parameters"}
-    return xr.Dataset(
+    by_parameter = ("model", "parameter")
+    numbers = {  # by name: field of `Estimate`, and meaning
+        "estimate": ("estimates", "estimate, in parameter_unit"),
+        "replayed": ("values", "value in replays, in parameter_unit"),
+        "low": ("low", "lower end of the 95 per cent interval, in parameter_unit; NaN where open"),
+        "high": ("high", "upper end of the 95 per cent interval, in parameter_unit; NaN where open"),
+    }
+    on_bounds = np.array([[np.int8(p in e.at_bound) for p in parameters] for e in every])
+    data = xr.Dataset(
         {
-            "estimate": (by_parameter, values("estimates"), {"long_name": "estimate, in parameter_unit"}),
-            "replayed": (
-                by_parameter,
-                values("values"),
-                {"long_name": "value in replays, in parameter_unit"},
-            ),
-            "low": (by_parameter, values("low"), {"long_name": f"lower {interval}"}),
-            "high": (by_parameter, values("high"), {"long_name": f"upper {interval}"}),
-            "rms_fitted": (by_chamber, arrays("rms"), {"long_name": f"{rms} fitted"} | Pa),
-            "rms_held_out": (by_chamber, arrays("held_out"), {"long_name": f"{rms} held out"} | Pa),
+            **{
+                name: (by_parameter, of_parameters(field), {"long_name": text})
+                for name, (field, text) in numbers.items()
+            },
+            "rms_fitted": errors("rms", "fitted"),
+            "rms_held_out": errors("held_out", "held out"),
             "at_bound": (by_parameter, on_bounds, {"long_name": "whether it is on a bound of the search"}),
-            "pressure": ((*by_chamber, "t"), arrays("pressure")),
-            **some,
+            "pressure": (("model", "chamber", "t"), np.array([e.pressure for e in every])),
         },
         coords={
             "model": list(estimates),
             "parameter": parameters,
             "parameter_unit": ("parameter", list(units.values())),
-            "chamber": ["A", "B"][: len(next(iter(estimates.values())).rms)],
-            **({"quantity": list(SHIFTING)} if moved else {}),
-            **({"other": parameters} if related else {}),
+            "chamber": ["A", "B"][: len(every[0].rms)],
         },
     )
+    if any(e.moved for e in every):
+        shifts = of_parameters("moved", np.full(len(SHIFTING), np.nan))
+        about = {"long_name": "shift if a configured quantity is off by its accuracy, in parameter_unit"}
+        data = data.assign_coords(quantity=list(SHIFTING))
+        data["moved_by"] = (*by_parameter, "quantity"), shifts, about
+    if any(e.correlation for e in every):
+        tables = [pd.DataFrame(e.correlation).reindex(parameters, columns=parameters) for e in every]
+        data = data.assign_coords(other=parameters)
+        data["correlation"] = (*by_parameter, "other"), np.array(tables), {"long_name": "of two parameters"}
+    return data

@@ -6,12 +6,13 @@ for what that model lacks. Limits were chosen on benches that `make fit-bench` d
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
-from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit, search_value, si_value
+from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
 from pneumo.fitting.fitted_parameters import (
     CAUSES,
@@ -69,12 +70,12 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warnings of configured quantities that the record places outside their stated accuracy."""
     result: list[str] = []
     for name, prior in problem.priors.items():
-        value = estimate.values[name]
-        low, high = (search_value(name, ends.get(name, value)) for ends in (estimate.low, estimate.high))
+        fitted, inner = estimate.values[name], problem.scales[name].inner
+        low, high = (inner(ends.get(name, fitted)) for ends in (estimate.low, estimate.high))
         own = (high - low) / 2 / LIMITS  # NaN where an end is open: then nothing is contradicted
-        off = abs(search_value(name, value) - prior.centre) > OUTSIDE * np.hypot(prior.deviation, own)
+        off = abs(inner(fitted) - inner(prior.centre)) > OUTSIDE * np.hypot(prior.deviation, own)
         if off and name not in problem.also:
-            text = explanation(name, value, si_value(name, prior.centre))
+            text = explanation(name, fitted, prior.centre)
             result.append(f"{text} is outside its stated accuracy (--also {name} fits it freely)")
     return result
 
@@ -174,7 +175,7 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], values: dict[str
     if not ({*CURVE} & {*problem.also} or problem.plant.valve.paths.knots):
         causes[VALVE_CURVE] = CURVE
     for cause, names in causes.items():
-        trial, start, enough = problem._replace(also=(*problem.also, *names)), None, EXPLAINED * before
+        trial, start, enough = replace(problem, also=(*problem.also, *names)), None, EXPLAINED * before
         if cause == VALVE_CURVE:
             start = trial.inner(trial.values(trial.guess()) | values)
             enough = EXPLAINED * min([before, *(after for after, _ in explained.values())])
@@ -238,13 +239,11 @@ def odd_values(
 def undetermined_notes(
     estimate: Estimate,
     names: Iterable[str],
-    *,
-    of_k_0: str = CLOSED_TEST,
     remedy: str = "excite the cylinder more, or record longer",
 ) -> list[str]:
     """Notes on the parameters in `names` that have an interval, but a wide or open one, with a remedy."""
     return [
-        f"this record does not determine {QUANTITIES[name].name}: {of_k_0 if name == 'k_0' else remedy}"
+        f"this record does not determine {QUANTITIES[name].name}: {CLOSED_TEST if name == 'k_0' else remedy}"
         for name in names
         if name in estimate.low and name not in estimate.at_bound
         if not estimate.high[name] < VAGUE * estimate.low[name]

@@ -12,7 +12,6 @@ from pneumo.configuration.schema import Configuration
 from pneumo.configuration.uncertain import QUANTITIES as UNCERTAIN
 from pneumo.configuration.uncertain import SIGMAS, Uncertain, uncertainties
 from pneumo.errors import printable
-from pneumo.fitting import fitted_parameters
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CURVE, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
 from pneumo.fitting.valve_signal import KNOTS, largest_command, valve_curve
@@ -22,7 +21,7 @@ DIGITS = 6  # of the numbers written
 LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
 # Section and key by parameter.
-KEYS = {name: tuple(key.rsplit(".", 1)) for name, key in fitted_parameters.KEYS.items()}
+KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
 DYNAMICS = "cylinders.valve_dynamics"
 CONFIGURED_CURVE = "cylinders.valve.curve"
 UNCERTAIN_NAMES = {"k_xu": "C"}  # of fitted parameters that the table of uncertain quantities names otherwise

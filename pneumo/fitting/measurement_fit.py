@@ -1,6 +1,7 @@
 """Models fitted to a measurement, the full order first; their notes, warnings, errors on another record."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from pneumo.fitting.estimate import (
     best_start,
     error_line,
     estimate,
-    first_pressures,
+    prediction,
     ranked,
     split_of,
 )
@@ -25,7 +26,6 @@ from pneumo.fitting.fit_problem import (
     offsets,
     opened,
     priors,
-    replayed_pressures,
     with_causes,
 )
 from pneumo.fitting.fit_result import Estimate, FitResult, Light, equally_good, fit_data
@@ -91,7 +91,7 @@ def fit_measurement(
     has_full = m.m is None
     _check_also(also, measurement, plant)
     also = tuple(name for choice in also for name in (CURVE if choice == VALVE_CURVE else (choice,)))
-    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m, begins=m.begins)
+    record = stage_signals(m, plant, command)
     split = split_of(record, part)
     record = record._replace(largest=largest_command(m.u[: split + 1], plant))
     long = long_notes(record, split, part)
@@ -116,7 +116,7 @@ def fit_measurement(
         progress(error_line(name, fitted))
     estimates = ranked(estimates)
     if not has_full:
-        judged = judged._replace(model=MODELS[next(iter(estimates))])
+        judged = replace(judged, model=MODELS[next(iter(estimates))])
     best = estimates[judged.model.name]
     of_rig = stop_warnings(m, plant, known) + fit_warnings(judged, best)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
@@ -167,10 +167,10 @@ def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[
     No interval is computed if the residuals of the first, plain fit make it `doubtful` by `DISTRUST`.
     """
     plant, signals = plain.plant, plain.signals
-    plain = plain._replace(priors=priors(plant, signals, known, sensor_noise(signals.P, signals.P)))
+    plain = replace(plain, priors=priors(plant, signals, known, sensor_noise(signals.P, signals.P)))
     rough = best_start(plain)
     noise = sensor_noise(signals.P, rough.residual * plant.conditions.P_s)
-    problem = plain._replace(priors=priors(plant, signals, known, noise))
+    problem = replace(plain, priors=priors(plant, signals, known, noise))
     halves = remainder_shifts(rough), expected_shifts(covariances(rough)[0])
     remainder, expected = (dict(zip(plain.names, half.tolist(), strict=True)) for half in halves)
     far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)
@@ -194,23 +194,15 @@ def validation(
     Only first pressures and temperatures are fitted there. `plant` is the one with which the fit began.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
-    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
+    record = stage_signals(m, plant, command)
     record = record._replace(largest=largest_command(fitted.fitted_commands, plant))
-    values = {
-        name: {p: i.value for p, i in fitted.replayed(name).items() if p not in STARTS}
-        for name in fitted.models
-    }
+    values = {name: {p: i.value for p, i in fitted.replayed(name).items()} for name in fitted.models}
     corrected, behind = plant, record
     if FULL.name in values:
         corrected, behind = with_causes(plant, values[FULL.name]), opened(record, values[FULL.name])
-    errors: dict[str, np.ndarray] = {}
-    for name, fixed in values.items():
-        full = name == FULL.name
-        model, of_model = (FULL, (plant, record)) if full else (MODELS[name], (corrected, behind))
-        problem = Problem(model, *of_model, fixed)
-        replayed = replayed_pressures(problem, first_pressures(problem)[None])[0]
-        errors[name] = np.sqrt(np.mean((problem.signals.P - replayed) ** 2, axis=1))
-    return errors
+    rows = {name: (MODELS[name], corrected, behind) for name in values if name != FULL.name}
+    rows[FULL.name] = FULL, plant, record
+    return {name: prediction(*rows[name], fixed)[1] for name, fixed in values.items()}
 
 
 def fitted_too(also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics) -> tuple[str, ...]:

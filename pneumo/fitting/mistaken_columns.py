@@ -38,8 +38,8 @@ def corrected(m: Measurement, P_atm: float) -> dict[str, Measurement]:
 def quick_fit_error(measurement: Measurement, plant: Plant, command: Sampling) -> float:
     """Root mean square error of a quick fit of valve coefficient and dead volumes, Pa."""
     m = measurement.part(0, round(SECONDS / measurement.period))
-    record = stage_signals(m.period, m.u, m.x, m.P, plant, command=command, P_s=m.P_s, m=m.m)
-    quick = fit(Problem(MODELS[MODEL], plant, record, {"n": INDEX}), tolerance=1e-3, most=8)
+    problem = Problem(MODELS[MODEL], plant, stage_signals(m, plant, command), {"n": INDEX})
+    quick = fit(problem, tolerance=1e-3, most=8)
     return plant.conditions.P_s * float(np.sqrt(np.mean(quick.residual**2)))
 
 

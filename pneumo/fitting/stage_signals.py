@@ -15,6 +15,7 @@ from scipy.interpolate import make_smoothing_spline
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.sampling import HELD, Sampling
+from pneumo.fitting.record.measurement import Measurement
 from pneumo.physics.cylinder import chamber_of, volume
 from pneumo.physics.valve import choked_flow
 from pneumo.simulation.fitted_pressures import NODES
@@ -103,57 +104,36 @@ def longest_step(plant: Plant, u: np.ndarray, x: np.ndarray) -> float:
     return float(np.clip(LARGEST_CHANGE * c.P_s * max(V, 0.0) / max(rate, TINY), SHORTEST_STEP, LONGEST_STEP))
 
 
-def stage_signals(
-    period: float,
-    u: np.ndarray,
-    x: np.ndarray,
-    P: np.ndarray,
-    plant: Plant,
-    *,
-    command: Sampling = HELD,
-    P_s: np.ndarray | None = None,
-    m: np.ndarray | None = None,
-    begins: tuple[int, ...] = (0,),
-) -> StageSignals:
-    """Signals at the stages of a replay, from samples `period` seconds apart.
+def stage_signals(measurement: Measurement, plant: Plant, command: Sampling = HELD) -> StageSignals:
+    """Signals of a measurement at the stages of a replay.
 
-    Parameters
-    ----------
-    u, x, P_s : numpy.ndarray, shape (samples,)
-        Command before the `plant`'s limiter, V; position, m; supply pressure, Pa, where it was measured.
-    P, m : numpy.ndarray, shape (chamber, samples)
-        Pressures, Pa; mass flows into the chambers, kg/s, where they were measured.
-    command
-        `HELD` until the next sample, as by a digital controller, or `INTERPOLATED`, as flows and supply
-        always are.
-    begins
-        First samples of several records, one after another; the step between two of them has no meaning.
+    The command is limited by the `plant`'s valve. It is `HELD` until the next sample, as by a digital
+    controller, or `INTERPOLATED`, as flows and supply always are. The step between two of several records has
+    no meaning.
     """
-    longest, u_max = LONGEST_STEP if m is not None else longest_step(plant, u, x), plant.valve.u_max
-    t, within = period * np.arange(len(u)), int(np.ceil(period / longest * (1 - 1e-9)))
-    h, steps = period / within, within * (len(u) - 1)
+    m, u_max = measurement, plant.valve.u_max
+    longest = LONGEST_STEP if m.m is not None else longest_step(plant, m.u, m.x)
+    t, within = m.t, int(np.ceil(m.period / longest * (1 - 1e-9)))
+    h, steps = m.period / within, within * (len(t) - 1)
     at = (np.arange(steps)[:, None] + NODES) * h  # times of the stages
-    held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
-    limited = np.clip(held_u if command.held else np.interp(at, t, u), -u_max, u_max)
-    ends = record_ends(begins, len(x))
-    penalty = min(smoothing(x[first : last + 1], period) for first, last in ends)
+    held_u = np.broadcast_to(np.repeat(m.u[:-1], within)[:, None], at.shape)
+    ends = record_ends(m.begins, len(t))
+    penalty = min(smoothing(m.x[first : last + 1], m.period) for first, last in ends)
     motion = np.empty((*at.shape, 2))
     for begin, end in ends:
         for first in range(begin, end, LONGEST_SPLINE):
             last = min(first + LONGEST_SPLINE, end)
             seen = slice(max(first - OVERLAP, begin), min(last + OVERLAP, end) + 1)
-            spline = make_smoothing_spline(t[seen], x[seen], lam=penalty)
+            spline = make_smoothing_spline(t[seen], m.x[seen], lam=penalty)
             stages = slice(first * within, (last + (last == end)) * within)  # with the step to the next
             motion[stages, :, 0], motion[stages, :, 1] = spline(at[stages]), spline.derivative()(at[stages])
-    flow = None if m is None else np.stack([np.interp(at, t, side) for side in m], axis=-1)
-    supply = None if P_s is None else np.interp(at, t, P_s)
     return StageSignals(
-        period=period,
+        period=m.period,
         h=h,
-        u=limited,
+        u=np.clip(held_u if command.held else np.interp(at, t, m.u), -u_max, u_max),
         motion=motion,
-        P=P,
-        P_s=supply,
-        flow=flow,
-        begins=begins,
+        P=m.P,
+        P_s=None if m.P_s is None else np.interp(at, t, m.P_s),
+        flow=None if m.m is None else np.stack([np.interp(at, t, side) for side in m.m], axis=-1),
+        begins=m.begins,
     )

@@ -13,6 +13,18 @@ INSTANT = 1e-9  # s, in place of a lag of zero
 KNOTS = (0.0, 1 / 8, 1 / 4, 1 / 2, 1.0)  # of a fitted curve, over the largest command
 
 
+def lagged(signal: np.ndarray, lag: float, h: float) -> np.ndarray:
+    """Reading of a sensor with a lag of first order, s, by sample along the last axis, `h` s apart.
+
+    It is exact for a signal that is linear between samples and steady before the first.
+    """
+    if lag == 0:
+        return signal
+    decay = np.exp(-h / lag)
+    late = lag / h * (1 - decay)
+    return lfilter([1 - late, late - decay], [1.0, -decay], signal, zi=signal[..., :1] * late)[0]
+
+
 def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null: float) -> np.ndarray:
     """Command behind dead time, lag and null offset, V, as its mean over each step of `h` s; shape of `u`.
 

@@ -5,10 +5,11 @@ root of P T, as the full order has it. All follow a record closely, but the sens
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from pneumo.fitting.engine import Solution
+from pneumo.fitting.engine import Solution, white_variance
 from pneumo.fitting.fit_problem import FULL, Problem, fit
 from pneumo.fitting.fit_result import Estimate
 from pneumo.fitting.settings import AS_GOOD, LAWS_ALIKE
@@ -30,7 +31,7 @@ def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:
     """
     fits: dict[Wall, Solution] = {}
     for wall in WALL_LAWS:
-        of_law = problem._replace(model=FULL._replace(wall=wall))
+        of_law = replace(problem, model=FULL._replace(wall=wall))
         searches = [best] if wall == FULL.wall else [fit(of_law, start=start) for start in (best.theta, None)]
         fits[wall] = min(searches, key=lambda found: found.squares)
     most = AS_GOOD**2 * min(fitted.squares for fitted in fits.values())
@@ -40,11 +41,10 @@ def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:
 def likelihoods(fits: Sequence[Solution]) -> np.ndarray:
     """Likelihoods of fits if the sensors' noise is white, divided by their sum.
 
-    The noise's variance is from differences of the best fit's residual from sample to sample, which slow
-    errors hardly change.
+    The noise's variance is that of the best fit's residual.
     """
     squares = np.array([fitted.squares for fitted in fits])
-    noise = float(np.mean(np.diff(fits[int(squares.argmin())].residual, axis=1) ** 2)) / 2
+    noise = white_variance(fits[int(squares.argmin())])
     weights = np.exp(-(squares - squares.min()) / (2 * max(noise, np.finfo(float).tiny)))
     return weights / weights.sum()
 

@@ -5,7 +5,7 @@ import pytest
 from closed_truth import Truth, measured, moving, pressures
 
 from pneumo.configuration.parameters import load, study
-from pneumo.fitting.closed.closed_fit import closed_problem, closed_record
+from pneumo.fitting.closed.closed_fit import closed_record, problem_of_law
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 
@@ -14,7 +14,7 @@ T = PERIOD * np.arange(SAMPLES)
 PLANT = configured_plant(study(load(TEMPLATE)), "mine", 1.0)
 TRUTH = Truth((0.25, 0.18), (5e-6, 6e-6), T=(300.0, 288.0), leak=2e-10)
 LEAKING = TRUTH._replace(P=(1.5e5, 6e5), T=(288.0, 300.0), leak=2e-9)
-EXACT = {"V_d_A": 5e-6, "V_d_B": 6e-6, "k_A": 0.25, "k_B": 0.18, "start_A": 1.0, "start_B": 1.0}
+EXACT = {"V_d_A": 5e-6, "V_d_B": 6e-6, "k_0_A": 0.25, "k_0_B": 0.18, "T_A": 293.15, "T_B": 293.15}
 EXACT |= {"first_A": 1.0, "first_B": 1.0, "leak": 0.0, "n": 1.2}
 
 
@@ -23,9 +23,9 @@ def replayed(law, P, x, chambers=(0, 1), **values):
     record = closed_record(measured(0 * x, P, PERIOD, 1, 0.0), PLANT)._replace(
         x=x + PLANT.cylinder.stroke / 2
     )
-    problem = closed_problem(law, record, PLANT, SAMPLES, chambers)
+    problem = problem_of_law(law, record, PLANT, SAMPLES, chambers)
     values = EXACT | values
-    theta = problem.theta({name: values[name] / problem.scales.get(name, 1.0) for name in problem.names})
+    theta = problem.inner(values)
     values, areas = problem.values(theta), np.array([record.areas]).T
     V_d = np.array([[values["V_d_A"]], [values["V_d_B"]]])
     return V_d + areas * record.uncovered, problem.replay(theta, SAMPLES)
@@ -49,7 +49,7 @@ def test_without_wall_heat_and_leakage_the_polytrope_is_followed(law, n):
 )
 def test_balances_of_mass_and_energy_are_those_of_an_independent_solver(truth, law, e_A, e_PT):
     expected = pressures(truth._replace(e_A=e_A, e_PT=e_PT), PLANT, moving, T)
-    starts = {f"start_{side}": T / 293.15 for side, T in zip("AB", truth.T, strict=True)}
+    starts = {f"T_{side}": T for side, T in zip("AB", truth.T, strict=True)}
     _, P = replayed(law, expected, moving(T), leak=truth.leak, **starts)
     # Volumes are linear between samples: 0.5 m/s^2 (2 ms)^2 / 12 of 15 mm or more.
     np.testing.assert_allclose(P, expected, rtol=1e-5)

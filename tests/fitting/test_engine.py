@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pneumo.fitting.engine import HALF_WIDTH, covariances, parameter_interval, solve
+from pneumo.fitting.engine import HALF_WIDTH, Scale, covariances, parameter_interval, solve
 
 T = np.linspace(0.0, 3.0, 400)
 TRUTH = np.array([0.5, -0.2, 1.0])  # ln a, ln b and the second channel's level
@@ -22,6 +22,7 @@ class Decay(NamedTuple):
     weight: float = 0.0
 
     names = ("a", "b", "c")
+    scales = dict.fromkeys(names, Scale(0.05, 20.0, logarithmic=True))
 
     def bounds(self):
         return np.array([[-3.0, -3.0, -3.0], [3.0, self.high, 3.0]])

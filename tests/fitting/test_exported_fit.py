@@ -39,7 +39,7 @@ def held_out_error(fit, plant, dynamics, folder):
     m, found = fit.measurement, fit.estimates.loc["full", "value"]
     folder.mkdir()
     exported = CompiledModel("full", None, plant, folder, dynamics=dynamics)
-    motion = stage_signals(m.period, m.u, m.x, m.P, plant).motion
+    motion = stage_signals(m, plant).motion
     xv = np.append(motion[:, 0], motion[-1:, -1], axis=0).tolist()
     late = round(dynamics.dead_time / m.period)
     u = np.concatenate([np.full(late, m.u[0]), m.u])[: len(m.u)].tolist()

@@ -47,7 +47,7 @@ def plant(tmp_path_factory):
 @pytest.fixture(scope="module")
 def sound(plant):
     m = measured(RIG._replace(lag=3e-3, null=0.1))
-    signals = stage_signals(1e-3, m.u, m.x, m.P, plant)
+    signals = stage_signals(m, plant)
     problem = Problem(FULL, plant, signals.part(0, split_of(signals)), {})
     return problem, estimate(problem, signals)
 

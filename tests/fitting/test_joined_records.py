@@ -32,10 +32,6 @@ def measured(seed, seconds=1.0, name="", **changes):
     return Measurement(name or f"{seed}.csv", 1e-3, c["u"], c["x"], P)._replace(**changes)
 
 
-def signals_of(m, plant):
-    return stage_signals(m.period, m.u, m.x, m.P, plant, begins=m.begins)
-
-
 @pytest.fixture(scope="module")
 def plant(tmp_path_factory):
     return believed_plant(RIG, tmp_path_factory.mktemp("rig"))
@@ -80,7 +76,7 @@ def test_records_that_cannot_be_fitted_together_are_refused(changes, words):
 def test_each_record_is_replayed_from_its_own_start_as_if_alone(model, plant):
     records = [measured(1), measured(2, 0.5)]
     together, part = joined(records, 0.5, 10**6)
-    signals = signals_of(together, plant)
+    signals = stage_signals(together, plant)
     split = round(part * (len(together.u) - 1))
     both = Problem(model, plant, signals.part(0, split), {})
     assert {"start_2_A", "start_2_B"} < {*both.names} and "start_3_A" not in both.names

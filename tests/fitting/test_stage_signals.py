@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from pneumo.configuration.sampling import INTERPOLATED
-from pneumo.fitting.stage_signals import (
-    SMOOTHING,
-    smoothing,
-    stage_signals,
-)
+from pneumo.fitting.record.measurement import Measurement
+from pneumo.fitting.stage_signals import SMOOTHING, smoothing, stage_signals
 
 PERIOD = 2e-3
 
@@ -18,11 +15,12 @@ def record(plant):
     t = PERIOD * np.arange(400)
     u = np.where(np.arange(400) % 40 < 20, 12.0, -3.0)
     x = 0.05 * np.sin(8 * t) + np.random.default_rng(5).normal(0, 2e-4, 400)
-    return t, u, x, stage_signals(PERIOD, u, x, np.zeros((2, 400)), plant)
+    return t, Measurement("m", PERIOD, u, x, np.zeros((2, 400)))
 
 
 def test_stages_have_the_limited_command_or_a_linear_one_and_a_motion_with_its_derivative(record, plant):
-    t, u, _, found = record
+    t, m = record
+    found, u = stage_signals(m, plant), m.u
     assert found.h == pytest.approx(1e-3) and found.stride == 2
     assert found.u.shape == (798, 3) and found.motion.shape == (798, 3, 2)
     np.testing.assert_array_equal(found.u[::2, 0], np.clip(u[:-1], -10, 10))
@@ -31,9 +29,8 @@ def test_stages_have_the_limited_command_or_a_linear_one_and_a_motion_with_its_d
     # Smoothing leaves less of the noise than was there, and the derivative's is that times a frequency.
     assert np.std(found.motion[:, 0, 0] - 0.05 * np.sin(8 * at)) < 1e-4
     assert np.std(found.motion[:, 0, 1] - 0.4 * np.cos(8 * at)) < 0.02
-    _, u, x, _ = record
     wide = plant._replace(valve=plant.valve._replace(u_max=20.0))
-    found = stage_signals(PERIOD, u, x, np.zeros((2, 400)), wide, command=INTERPOLATED)
+    found = stage_signals(m, wide, INTERPOLATED)
     np.testing.assert_allclose(found.u[1::2, 0], (u[:-1] + u[1:]) / 2, rtol=1e-12)
 
 
@@ -41,13 +38,14 @@ def test_stages_have_the_limited_command_or_a_linear_one_and_a_motion_with_its_d
 def test_steps_are_short_where_a_valve_fills_a_small_chamber_fast(plant, side):
     end = plant.cylinder.x_min if side == "A" else plant.cylinder.x_max
     u, x, V_d = np.full(50, 4.0), np.full(50, end), getattr(plant.cylinder, f"V_d_{side}")
+    record = Measurement("m", PERIOD, u, x, np.zeros((2, 50)))
     large = plant._replace(valve=plant.valve._replace(k_xu=2e-6))
     c, gas, A_t = plant.conditions, plant.gas, 2e-6 * 4.0
     rate = gas.gamma * gas.R * c.T_in**0.5 * gas.sonic_coefficient * c.P_s * A_t / V_d  # (4)
     longest = 0.25 * c.P_s / rate
-    found = stage_signals(PERIOD, u, x, np.zeros((2, 50)), large)
+    found = stage_signals(record, large)
     assert found.h <= longest < found.h * (1 + 1 / (found.stride - 1))
-    assert stage_signals(PERIOD, 0 * u, x, np.zeros((2, 50)), large).stride == 2
+    assert stage_signals(record._replace(u=0 * u), large).stride == 2
 
 
 def test_smoothing_is_that_with_the_lowest_generalised_cross_validation():

@@ -108,8 +108,8 @@ def test_every_parameter_of_a_rig_has_a_line_with_its_light_in_a_terminal(a_fit)
 def test_a_warning_colours_the_parameters_that_it_concerns_and_their_lines_name_it(a_fit):
     volume = "the dead volume of A is 2.3 times the default: give it, with the hoses"
     fit = of_full_order(a_fit, 1.1, doubts=[("V_d_A", volume)])
-    assert [name for name, color in fit.lights.items() if color != "green"] == ["V_d_A"]
-    assert fit.reasons == {"V_d_A": "the dead volume of A is 2.3 times the ..."}
+    doubted = {name: row for name, row in fit.judgements.items() if row[0] != "green"}
+    assert doubted == {"V_d_A": ("yellow", "the dead volume of A is 2.3 times the ...")}
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(full_order_table(rig_rows(fit)))
     assert "V_d of A: the dead volume of A is 2.3 times the ..." in console.export_text()

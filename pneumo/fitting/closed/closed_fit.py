@@ -6,14 +6,21 @@ T_0 and in mid-stroke, where configurations state it. The law "wall heat, area a
 full order.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fitting.closed.closed_problem import BOUNDS, LAWS, ClosedProblem, ClosedRecord, fitted_names
+from pneumo.fitting.closed.closed_problem import (
+    BOUNDS,
+    LAWS,
+    ClosedProblem,
+    ClosedRecord,
+    closed_problem,
+    fitted_names,
+)
 from pneumo.fitting.engine import Solution, covariances
 from pneumo.fitting.estimate import alike_notes, at_temperature, error_line, ranked
 from pneumo.fitting.fit_problem import ON_BOUND
@@ -99,7 +106,7 @@ def fit_closed(
     fitted = round(part * (len(record.t) - 1)) + 1
     near: np.ndarray | None = None  # of the last law with wall heat
     for name in LAWS if record.moves else HELD:
-        problem = closed_problem(name, record, plant, fitted, chambers)
+        problem = problem_of_law(name, record, plant, fitted, chambers)
         best = problem.solve(near)
         near = best.theta if problem.law.explicit_heat else near
         estimates[name], residuals[name] = estimated(problem, best)
@@ -141,24 +148,18 @@ def fitted_chambers(record: ClosedRecord, plant: Plant, check: bool) -> tuple[li
     return chambers, [f"{why}: not fitted, but gas leaks past the piston to or from it" for why in reasons]
 
 
-def closed_problem(
-    name: str, record: ClosedRecord, plant: Plant, fitted: int, chambers: list[int]
+def problem_of_law(
+    name: str, record: ClosedRecord, plant: Plant, fitted: int, chambers: Sequence[int]
 ) -> ClosedProblem:
-    """Least squares of a law, with parameters scaled to typical values of this plant."""
-    cylinder, law, k = plant.cylinder, LAWS[name], default_conductance(plant.cylinder).k_0
+    """Least squares of a law, with values that are typical of this plant."""
+    cylinder, law, k_0 = plant.cylinder, LAWS[name], default_conductance(plant.cylinder).k_0
     V = volume(0.0, chamber_of(cylinder, Side.A), cylinder)
     leak = V / (record.R * record.T_wall * record.t[-1])  # changes the mass in a chamber within the record
     absent = [f"_{side.name}" for side in Side if side not in chambers] + ["V_d"] * (not record.moves)
     names = (*fitted_names(law), *(("first_A", "first_B") if law.explicit_heat else ()))
-    return ClosedProblem(
-        record=record,
-        law=law,
-        names=tuple(name for name in names if not any(part in name for part in absent)),
-        fitted=fitted,
-        scales={"V_d_A": cylinder.V_d_A, "V_d_B": cylinder.V_d_B, "leak": leak, "k_A": k, "k_B": k},
-        every=max(1, fitted // MOST_SAMPLES),
-        chambers=tuple(chambers),
-    )
+    names = [name for name in names if not any(part in name for part in absent)]
+    typical = {"V_d_A": cylinder.V_d_A, "V_d_B": cylinder.V_d_B, "leak": leak, "k_0_A": k_0, "k_0_B": k_0}
+    return closed_problem(record, law, names, typical, fitted, max(1, fitted // MOST_SAMPLES), chambers)
 
 
 def estimated(problem: ClosedProblem, best: Solution) -> tuple[Estimate, dict[str, Residual]]:
@@ -171,18 +172,12 @@ def estimated(problem: ClosedProblem, best: Solution) -> tuple[Estimate, dict[st
     pressure[seen] = problem.replay(best.theta, len(record.t))[seen]
     split = split_residuals(record.P[seen, :first], (record.P - pressure)[seen, :first], record.h)
     far = any(part.far_from_noise for part in split)
-    values = problem.values(best.theta)
     low, high = problem.intervals(best, covariances(best, best.squares if far else 0.0))
     if "leak" in low:
         low["leak"] = np.nan_to_num(low["leak"])  # its search begins at zero
-    for numbers in (values, low, high):
-        for side in "AB":
-            numbers[f"k_0_{side}"] = numbers.get(f"k_{side}", np.nan)
-            numbers[f"T_{side}"] = record.T_wall * numbers.get(f"start_{side}", np.nan)
-    reported = [name for name in REPORTED if name in low]
-    unseen = [f"{name}_{side}" for name in ("k_0", "T") for side in "AB" if f"k_{side}" not in problem.names]
     values, low, high = (
-        {name: numbers[name] for name in reported if name not in unseen} for numbers in (values, low, high)
+        {name: numbers[name] for name in REPORTED if name in problem.scales}
+        for numbers in (problem.values(best.theta), low, high)
     )
     # A configuration has one k_0: the geometric mean, weighted by the inverse variance, of those whose
     # interval has two ends, within an interval that contains both intervals.
@@ -212,7 +207,7 @@ def closed_warnings(
     meaning = "no n describes wall heat and leakage of this record"
     result = residual_warnings(next(iter(estimates)), residuals)
     result += odd_values(wall.values | free, at_bound, plant, meaning=meaning)
-    result += undetermined_notes(wall, ("k_0_A", "k_0_B", *volumes), remedy=REMEDY)
+    result += undetermined_notes(wall, ("k_0_A", "k_0_B", *volumes), REMEDY)
     ends = [(wall.low[name], wall.high[name]) for name in ("k_0_A", "k_0_B") if name in wall.low]
     if ends and apart(ends):
         result.append(

@@ -4,22 +4,24 @@ Pressures follow from the balances of energy and mass, eqs (4) and (5), with one
 past the piston. The first part of a record is fitted; one run from its first sample predicts the rest.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 import pneumo.core as core
-from pneumo.fitting.engine import Solution, WithoutPrior, solve
+from pneumo.fitting.engine import LeastSquares, Scale, Solution, solve
 from pneumo.fitting.settings import LARGEST_MOTION
 
 SCALE = 1e6  # Pa, by which residuals are divided
 FAR_OFF = 1e3  # residual of a replay whose steps are too long for its conductance
-LEAKS_AT_START = 0.01, 1.0  # of a search, over its scale
-# Bounds of the search, over a parameter's scale; a leak of 1 empties a chamber within the record.
-BOUNDS = {"V_d": (0.01, 100.0), "k": (1e-3, 1e3), "n": (0.8, 2.0), "leak": (0.0, 100.0)}
-BOUNDS |= {"start": (0.5, 2.0), "first": (0.5, 2.0)}
+LEAKS_AT_START = 0.01, 1.0  # of a search, over its typical value
+# Bounds of the search, over a parameter's typical value; a leak of 1 empties a chamber within the record.
+BOUNDS = {"V_d": (0.01, 100.0), "k_0": (1e-3, 1e3), "n": (2 / 3, 5 / 3), "leak": (0.0, 100.0)}
+BOUNDS |= {"T": (0.5, 2.0), "first": (0.5, 2.0)}
+FREE_N = 1.2  # typical, where it is fitted
+NEVER_ZERO = ("V_d", "k_0")  # searched on a logarithmic scale
 
 
 class Law(NamedTuple):
@@ -78,51 +80,29 @@ class ClosedRecord(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ClosedProblem(WithoutPrior):
-    """Least squares of a law on the first part of a record; parameters are divided by their scales.
+class ClosedProblem(LeastSquares):
+    """Least squares of a law on the first part of a record.
 
-    With wall heat, `start_A` is the first temperature over the wall's, and `first_A` the first pressure over
-    the measured one. Without it, an error in the first pressure never decays, and `start_A` stands for it.
+    With wall heat, `T_A` is the first temperature, K, and `first_A` the first pressure over the measured one.
+    Without it, an error in the first pressure never decays, and `first_A` is fitted in any case.
     """
 
     record: ClosedRecord
     law: Law
-    names: tuple[str, ...]  # fitted parameters
+    scales: Mapping[str, Scale]
+    fixed: Mapping[str, float]  # values of all parameters, SI units, where they are not fitted
     fitted: int  # samples of the first part
-    scales: Mapping[str, float]  # SI units; a parameter that is not fitted has the value of its scale
-    guess: Mapping[str, float] = field(default_factory=lambda: {"n": 1.2})  # over the scales; others: 1
     every: int = 1  # every how many samples one enters the sum of squares
     chambers: tuple[int, ...] = (0, 1)  # sides whose pressures enter it
     slope_step: ClassVar[float] = 1e-5
-    logarithmic: ClassVar[tuple[str, ...]] = ("V_d_A", "V_d_B", "k_A", "k_B")  # never zero
-
-    def values(self, theta: np.ndarray) -> dict[str, float]:
-        """Parameters by name, in SI units."""
-        return dict(self.scales) | {
-            name: self.si(name, part) for name, part in zip(self.names, theta, strict=True)
-        }
-
-    def si(self, name: str, part: float) -> float:
-        """Value of a parameter in SI units, from that on the scale of the search."""
-        return self.scales.get(name, 1.0) * float(np.exp(part) if name in self.logarithmic else part)
-
-    def theta(self, over_scale: Mapping[str, float]) -> np.ndarray:
-        """Parameters on the scale of the search, from values over their scales; others are 1."""
-        values = {name: over_scale.get(name, 1.0) for name in self.names}
-        return np.array([np.log(v) if name in self.logarithmic else v for name, v in values.items()])
 
     def solve(self, near: np.ndarray | None = None) -> Solution:
         """Lowest minimum from a start with next to no leak, from one with a leak, and from `near`."""
-        leaks = LEAKS_AT_START if "leak" in self.names else (0.0,)
-        thetas = [self.theta({**self.guess, "leak": leak}) for leak in leaks]
+        leaks = LEAKS_AT_START if "leak" in self.scales else (0.0,)
+        thetas = [self.inner({**self.fixed, "leak": leak * self.fixed["leak"]}) for leak in leaks]
         if near is not None and self.law.explicit_heat:
             thetas.append(near)
         return min((solve(self, theta) for theta in thetas), key=lambda found: found.squares)
-
-    def bounds(self) -> np.ndarray:
-        """Bounds of the search, shape (2, parameter)."""
-        ends = {name: BOUNDS[name.removesuffix("_A").removesuffix("_B")] for name in self.names}
-        return np.array([self.theta({name: pair[end] for name, pair in ends.items()}) for end in range(2)])
 
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Measured minus replayed pressures of the samples fitted, over `SCALE`, shape (chamber, sample)."""
@@ -137,26 +117,22 @@ class ClosedProblem(WithoutPrior):
         pressure and the temperature of the wall.
         """
         v, r, law, shape = self.values(theta), self.record, self.law, (2, samples)
-        start, first = (
-            np.array([v.get(f"{key}_{side}", 1.0) for side in "AB"]) for key in ("start", "first")
-        )
-        heat, dead = law.explicit_heat, np.array([[v["V_d_A"]], [v["V_d_B"]]])
-        V = dead + np.array([r.areas]).T * r.uncovered[:, :samples]
+        V = np.array([[v["V_d_A"]], [v["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered[:, :samples]
         pressure = np.empty(shape)
         core.lib.closed_chambers(
-            core.array("P", r.P[:, 0] * (first if heat else start), (2,)),
+            core.array("P", r.P[:, 0] * [v["first_A"], v["first_B"]], (2,)),
             core.array("measured", r.P[:, :samples], shape),
             core.ffi.new("bool[2]", (0 in self.chambers, 1 in self.chambers)),
             core.array("V", V, shape),
             core.array("area_ratio", r.area_ratio[:, :samples], shape),
             core.whole("samples", samples, 1),
             r.h,
-            core.array("start", start if heat else np.ones(2), (2,)),
-            v.get("n", r.gamma if law.n is None else law.n),
-            core.array("k", np.array([v["k_A"], v["k_B"]]) * heat, (2,)),
+            core.array("start", np.array([v["T_A"], v["T_B"]]) / r.T_wall, (2,)),
+            v["n"],
+            core.array("k", np.array([v["k_0_A"], v["k_0_B"]]) * law.explicit_heat, (2,)),
             law.e_A,
             law.e_PT,
-            v["leak"] if "leak" in self.names else 0.0,
+            v["leak"] if "leak" in self.scales else 0.0,
             r.R,
             r.gamma,
             r.T_wall,
@@ -173,5 +149,30 @@ class ClosedProblem(WithoutPrior):
 
 def fitted_names(law: Law, leaks: bool = True) -> tuple[str, ...]:
     """Names of the parameters that are fitted with a law."""
-    heat, free = (("k_A", "k_B"), ()) if law.explicit_heat else ((), ("n",) if np.isnan(law.n or 1.0) else ())
-    return ("V_d_A", "V_d_B", "start_A", "start_B", *heat, *free, *(("leak",) if leaks else ()))
+    heat = ("T_A", "T_B", "k_0_A", "k_0_B") if law.explicit_heat else ("first_A", "first_B")
+    free = ("n",) if np.isnan(law.n or 1.0) else ()
+    return ("V_d_A", "V_d_B", *heat, *free, *(("leak",) if leaks else ()))
+
+
+def closed_problem(
+    record: ClosedRecord,
+    law: Law,
+    names: Sequence[str],
+    typical: Mapping[str, float],
+    fitted: int,
+    every: int = 1,
+    chambers: Sequence[int] = (0, 1),
+) -> ClosedProblem:
+    """Least squares of a law, with the parameters `names`, on the first samples of a record.
+
+    Parameters are searched from `typical` values of V_d_A, V_d_B, k_0_A, k_0_B and leak, SI units, and keep
+    these where they are not fitted.
+    """
+    n = FREE_N if "n" in names else record.gamma if law.n is None else law.n
+    start = {"n": n, "T_A": record.T_wall, "T_B": record.T_wall, "first_A": 1.0, "first_B": 1.0, **typical}
+    scales: dict[str, Scale] = {}
+    for name in names:
+        low, high = BOUNDS[(stem := name.removesuffix("_A").removesuffix("_B"))]
+        value = start[name]
+        scales[name] = Scale(low * value, high * value, stem in NEVER_ZERO, value)
+    return ClosedProblem(record, law, scales, start, fitted, every, tuple(chambers))

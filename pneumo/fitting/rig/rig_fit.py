@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pneumo.fitting.engine import WithoutPrior, covariances, solve
+from pneumo.fitting.engine import LeastSquares, Scale, covariances, solve
 from pneumo.fitting.estimate import ranked
 from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, rms_of_chambers
 from pneumo.fitting.rig.rig_file import Rig, factor, fitted_quantity, key
@@ -37,29 +37,16 @@ def fitted_names(rig: Rig, model: str) -> list[str]:
 
 
 @dataclass(frozen=True)
-class RigProblem(WithoutPrior):
-    """Least squares of a model; parameters run from 0 to 1 between their ends."""
+class RigProblem(LeastSquares):
+    """Least squares of a model; the distance between a parameter's ends is 1."""
 
     rig: Rig
     model: str
     runs: Sequence[Run]
-    names: tuple[str, ...]
+    scales: Mapping[str, Scale]
+    fixed: Mapping[str, float]
     temperature: bool = False  # whether measured temperatures are fitted too
     slope_step: ClassVar[float] = 1e-6
-
-    def si(self, name: str, part: float) -> float:
-        """Value of a parameter in SI units."""
-        low, high = self.rig.ends[name]
-        return low + part * (high - low)
-
-    def values(self, theta: np.ndarray) -> dict[str, float]:
-        """All quantities, SI units."""
-        fitted = {name: self.si(name, float(part)) for name, part in zip(self.names, theta, strict=True)}
-        return {name: low for name, (low, _) in self.rig.ends.items()} | fitted
-
-    def bounds(self) -> np.ndarray:
-        """Bounds of the search, shape (2, parameter)."""
-        return np.array([np.zeros(len(self.names)), np.ones(len(self.names))])
 
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Measured minus replayed, over `P_SCALE` or `T_SCALE`, shape (1, point); `FAR` without replay."""
@@ -75,18 +62,17 @@ class RigProblem(WithoutPrior):
 
         The position is on a logarithmic scale where both ends are positive.
         """
-        ends = [self.rig.ends[name] for name in self.names]
-        return np.array(
-            [
-                (low * (high / low) ** position - low) / (high - low) if low > 0 else position
-                for low, high in ends
-            ]
+        return self.inner(
+            {
+                name: low * (high / low) ** position if low > 0 else low + position * (high - low)
+                for name, (low, high, *_) in self.scales.items()
+            }
         )
 
     def near(self, values: Mapping[str, float]) -> np.ndarray:
         """Parameters at the values of another fit, off their ends."""
-        low, high = np.array([self.rig.ends[name] for name in self.names]).reshape(-1, 2).T
-        return np.clip(([values[name] for name in self.names] - low) / (high - low), OFF_END, 1 - OFF_END)
+        low, high = self.bounds()
+        return np.clip(self.inner(values), low + OFF_END, high - OFF_END)
 
 
 def fit_rig(
@@ -102,13 +88,14 @@ def fit_rig(
     `near`, values of another fit, are one more start, or with `alone` the only one. Intervals do not include
     an error of the model itself. A parameter on one of its ends has none.
     """
-    problem = RigProblem(rig, model, runs, tuple(fitted_names(rig, model)), temperature)
+    fixed, names = {name: low for name, (low, _) in rig.ends.items()}, fitted_names(rig, model)
+    scales = {name: Scale(*ends, unit=ends[1] - ends[0]) for name, ends in rig.ends.items() if name in names}
+    problem = RigProblem(rig, model, runs, scales, fixed, temperature)
     starts = [problem.near(near)] if near is not None else []
     starts += [] if alone else [problem.start(position) for position in STARTS]
     best = min((solve(problem, start) for start in starts), key=lambda found: found.squares)
     values, (low, high) = problem.values(best.theta), problem.intervals(best, covariances(best))
-    parts = zip(problem.names, best.theta, strict=True)
-    on_end = tuple(name for name, part in parts if not ON_END < part < 1 - ON_END)
+    on_end = problem.at_bound(best.theta, ON_END)
     low, high = (ends | dict.fromkeys(on_end, np.nan) for ends in (low, high))
     errors = np.array([rms(side) for side in pressure_errors(rig, model, values, runs)])
     return Estimate(

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
 
 from pneumo.fitting.rig.rig_file import Rig
 from pneumo.fitting.rig.rig_record import Points, Run
+from pneumo.fitting.valve_signal import lagged
 from pneumo.physics.cylinder import wetted_area
 from pneumo.physics.models import MODELS, full_order_lane
 from pneumo.physics.valve import choked_flow
@@ -137,15 +137,6 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
     assert P
     T = Points(t, lagged(states.T[0], values["T_lag"], run.h))
     return RigReplay(P, T, Points(t, states.T_store[0]), P_B)
-
-
-def lagged(T: np.ndarray, lag: float, h: float) -> np.ndarray:
-    """Reading of a thermometer with a lag of first order, s; T is linear between samples."""
-    if lag == 0:
-        return T
-    decay = np.exp(-h / lag)
-    late = lag / h * (1 - decay)
-    return lfilter([1 - late, late - decay], [1.0, -decay], T, zi=T[:1] * late)[0]
 
 
 def errors(replayed: Points, measured: Points) -> np.ndarray:

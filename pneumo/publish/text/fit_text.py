@@ -41,7 +41,7 @@ def answer_text(fit: FitResult) -> str:
             fit.of, "reduced model"
         )
         text += f". Best {other}: {best}, {_error(fit, best) / KILO:.3g} kPa"
-    lights = list(fit.lights.values())
+    lights = [light for light, _ in fit.judgements.values()]
     if lights:
         text += f". Of {len(lights)} parameters of the rig, {lights.count('green')} are determined"
     return f"{text}."
@@ -75,7 +75,7 @@ def next_experiments(fit: FitResult) -> list[str]:
     one of which the record adds little to the stated accuracy: it is known that well.
     """
     advised: dict[str, list[str]] = {}
-    for name, reason in fit.reasons.items():
+    for name, (_, reason) in fit.judgements.items():
         experiment = EXPERIMENTS.get(PARAMETERS[name].group)
         if experiment and reason.endswith("interval"):
             advised.setdefault(experiment, []).append(QUANTITIES[name].heading)

@@ -191,16 +191,16 @@ RIG_HEADS = ("parameter", "light", "95 % interval", "inputs", "mainly", "reason"
 def rig_rows(fit: FitResult) -> list[list[str]]:
     """Cells by `RIG_HEADS` of the full order's parameters, and how far configured quantities move each."""
     rows: list[list[str]] = []
-    looks, reasons = fitted_quantities(fit), fit.reasons
+    looks = fitted_quantities(fit)
     headings = {QUANTITIES[name].name: QUANTITIES[name].heading for name in CONFIGURED}
-    for name, light in fit.lights.items():
+    for name, (light, reason) in fit.judgements.items():
         quantity, cell = QUANTITIES[name], fit.data.sel(model=FULL_ORDER, parameter=name)
         heading, unit, factor = looks.get(name, (quantity.heading, quantity.shown_unit, quantity.factor))
         interval = Interval(*(factor * cell[key].item() for key in ("estimate", "low", "high")))
         # Not `formatting.ends_text`: these may be negative, and an end at zero is a limit.
         form = ".2g" if name in VALVE else ".4g" if name == "P_s" else ".3g"
         value = f"{interval.value:{form}} ({interval.ends_text(form)})"
-        row = [f"{heading} ({unit})" if unit else heading, light, value, "–", "–", reasons.get(name, "")]
+        row = [f"{heading} ({unit})" if unit else heading, light, value, "–", "–", reason]
         moved = factor * cell["moved_by"].values if "moved_by" in cell else np.full(1, np.nan)
         if np.isfinite(moved).all() and moved.any():
             largest = str(cell["quantity"].values[np.argmax(np.abs(moved))])
