@@ -10,7 +10,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
-from pneumo.fitting.record.channel import Channel, Series, numbers, place, series
+from pneumo.fitting.record.channel import Channel, Series, numbers, refuse, series
 from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_option, unused_note
 from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.plausibility import UNEVEN, Event, above_supply, check_clock, check_signals, events
@@ -237,10 +237,8 @@ def _missing(path: Path, signal: Series) -> list[str]:
     if count <= 0 or (signal.held and expected > 2 * len(signal.t)):
         return []
     if count > MOST_MISSING * expected:
-        raise InputError(
-            f"{place(path, signal.channel, int(absent[0]), signal.quantity)}: {count} of {expected} samples"
-            f" are missing: must be at most {100 * MOST_MISSING:g} %; take a record without them"
-        )
+        many = f"{count} of {expected} samples are missing: must be at most {100 * MOST_MISSING:g} %"
+        refuse(path, signal.channel, signal.quantity, absent, many)
     return [f"column {signal.quantity}: {count} of {expected} samples missing, {signal.rule}"]
 
 
