@@ -145,7 +145,7 @@ def _stamps(text: pd.Series, first: str) -> pd.Series | None:
 
 
 def series(path: Path, channel: Channel, quantity: str, clock: Channel, t_unit: str, read: Reading) -> Series:
-    """Numbers of a channel at their times. `InputError` if there is a number without a time."""
+    """Numbers of a channel at their times. `InputError` if one has no time, or time does not increase."""
     start, t = seconds(path, clock, t_unit)
     values = numbers(path, channel, quantity)
     if len(values) != len(t):
@@ -157,6 +157,7 @@ def series(path: Path, channel: Channel, quantity: str, clock: Channel, t_unit: 
     rows = np.flatnonzero(present)
     if not len(rows):
         raise InputError(f"{path}: column {printable(channel.name, 30)}: 0 samples: it is empty")
+    refuse(path, clock, "t", rows[1:][np.diff(t[rows]) <= 0], f"time of {quantity} must increase")
     shift = t[rows[0]]
     held = channel.held if channel.held is not None else quantity == "u"
     values = read.factor * values[rows] + read.offset

@@ -42,14 +42,13 @@ class Event(NamedTuple):
 def check_clock(path: Path, signal: Series, closed: bool, *, sensor: bool) -> None:
     """Check the times of a signal.
 
-    `InputError` if time goes back, or a sensor's has gaps or a period too short or too long to show a
-    cylinder at work, or `closed` chambers, which change more slowly. A command that was logged on changes, or
-    more slowly than sensors, may have any.
+    `InputError` if a sensor's have gaps or a period too short or too long to show a cylinder at work, or
+    `closed` chambers, which change more slowly. A command that was logged on changes, or more slowly than
+    sensors, may have any.
     """
     name, usual = signal.quantity, signal.period
     longest = LONGEST_CLOSED if closed else LONGEST
     steps, later = np.diff(signal.t), signal.rows[1:]
-    refuse(path, signal.clock, "t", later[steps <= 0], f"time of {name} must increase")
     if sensor and not SHORTEST <= usual <= longest:
         other = {"ms": 1e-3 * usual, "s": 1e3 * usual}
         hint = "".join(f"; is t in {unit}?" for unit, s in other.items() if SHORTEST <= s <= longest)
