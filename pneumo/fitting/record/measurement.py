@@ -178,9 +178,8 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
     moving = {name: signals[name] for name in (*SENSORS, *ORDER) if name in signals and name != "T"}
     for quantity, signal in moving.items():
         if len(signal.t) < 2:
-            raise InputError(
-                f"{path}: column {quantity}: {len(signal.t)} samples: must be at least {FEWEST_ROWS}"
-            )
+            allowed = f"must be at least {FEWEST_ROWS}"
+            raise InputError(f"{path}: column {quantity}: {len(signal.t)} samples: {allowed}")
         check_clock(path, signal, closed, sensor=quantity in SENSORS)
         notes += _missing(path, signal)
     fastest = min((signals[name] for name in SENSORS), key=lambda s: (s.period, -len(s.t)))
@@ -192,9 +191,8 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
         raise InputError(f"{path}: {len(t)} samples{of}: must be at least {FEWEST_ROWS}")
     longest = max(float(np.ptp(signal.t)) for signal in moving.values())
     if last - first < (1 - CUT) * longest:
-        notes.append(
-            f"all signals together last {last - first:.4g} s of {longest:.4g} s; the rest is not used"
-        )
+        together = f"{last - first:.4g} s of {longest:.4g} s"
+        notes.append(f"all signals together last {together}; the rest is not used")
     span = t - t[0]
     absent = int(np.ptp(fastest.rows)) + 1 - len(fastest.rows)
     count = len(t) + max(0, min(absent, round(span[-1] / fastest.period) + 1 - len(t)))
@@ -203,10 +201,8 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
     near = grid if count == len(t) else period * np.round(span / period)
     uneven = float(np.max(np.abs(span - near))) / period
     if uneven > UNEVEN:
-        notes.append(
-            f"time is not uniform: samples deviate by up to {uneven:.2g} periods of {period:.4g} s from"
-            " a uniform grid; signals are interpolated to it"
-        )
+        off = f"by up to {uneven:.2g} periods of {period:.4g} s"
+        notes.append(f"time is not uniform: samples are off a uniform grid {off}; signals are interpolated")
     return period, t[0] + grid, notes
 
 
