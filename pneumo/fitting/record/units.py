@@ -175,8 +175,9 @@ def _flow(unit: str, R: float) -> Reading | str | None:
     stated = STATE.fullmatch(state or ("0 degC" if match["normal"] or match["behind"] else ""))
     P_unit = _named(stated["unit"] or "bar", PRESSURES) if stated else ""
     if not stated or not P_unit:
-        states = f"{unit.partition('(')[0].strip()}(0 degC), (20 degC, 1 bar) or (ANR)"
-        return f"unit {unit!r}: of which reference state? write {states}; they differ by up to 9 %"
+        known = "(20 degC, 1 bar) or (ANR), for 20 degC, 1 bar, 65 % humidity; they differ by up to 9 %"
+        write = f"{unit.partition('(')[0].strip()}(0 degC), {known}"
+        return f"unit {unit!r}: of which reference state? write {write}"
     T, P = float(stated["T"]), float(stated["P"] or 1.01325) * PRESSURES[P_unit]
     if not -50 <= T <= 100 or not 5e4 <= P <= 2e5:
         return f"unit {unit!r}: reference state must lie within -50 to 100 degC and 0.5 to 2 bar"
