@@ -254,7 +254,11 @@ def _shown(fit: FitResult, name: str, rig: Rig, run: Run) -> xr.Dataset:
     t, thin = f"t_{name}", max(1, len(run.t) // MOST_SHOWN)
     shown = xr.Dataset(
         {
-            f"P_{name}": (("shown", t), [replayed.P.values[::thin] for replayed in replays], {"units": "Pa"}),
+            f"P_{name}": (
+                ("shown", t),
+                [replayed.pressures[0].values[::thin] for replayed in replays],
+                {"units": "Pa"},
+            ),
             f"measured_P_{name}": (f"tp_{name}", run.P.values, {"units": "Pa"}),
         },
         {t: (t, run.t[::thin], {"units": "s"}), f"tp_{name}": (f"tp_{name}", run.P.t, {"units": "s"})},

@@ -68,7 +68,7 @@ def test_the_function_gives_an_object_that_shows_what_the_command_writes(tmp_pat
         ((TANK, POINTS, "--model", "m8"), "model 'm8': no such model, perhaps M8"),
         ((TANK, "absent.csv"), "absent.csv: no such file"),
         (("absent.yaml", POINTS), "absent.yaml"),
-        ((VALVE, "flat.csv"), "flat.csv: no column u: a chamber behind an on/off valve needs"),
+        ((VALVE, "flat.csv"), "flat.csv: no column u: must have a header such as u_V"),
         ((VALVE, "uneven.csv", "--command", "edges"), "equally spaced"),
     ],
 )  # fmt: skip

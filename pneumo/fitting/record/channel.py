@@ -1,7 +1,7 @@
 """Channels of a record: each has a name, a unit and a clock of its own, whatever format it came from."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +15,8 @@ from pneumo.fitting.record.units import Reading, reading
 MOST_ROWS = 2_000_000
 MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a")
 WORDS = {"true": 1.0, "on": 1.0, "false": 0.0, "off": 0.0, "1": 1.0, "0": 0.0}
-TIME_NAME = re.compile(r"(?:t|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis))(?:[\s_\[(.].*)?")
+TIME = r"(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"  # names of times, besides t
+TIME_NAME = re.compile(rf"(?:t|{TIME})(?:[\s_\[(.].*)?")
 DURATION = r"\d{1,4}:\d\d:\d\d(?:[.,]\d{1,9})?"
 LARGEST = 1e30  # number that is no mistake
 
@@ -37,17 +38,12 @@ def limit(path: Path, number: int, most: int, things: str) -> None:
         raise InputError(f"{path}: {number} {things}: must be at most {most}")
 
 
-def place(path: Path, channel: Channel, row: int, quantity: str) -> str:
-    """Text that names a sample: by its line in a text file, else by its number."""
-    where = f"line {row + channel.first_line}" if channel.first_line else f"sample {row}"
-    return f"{path}: {where}, column {quantity}"
-
-
 class Series(NamedTuple):
     """Numbers of a channel that are not missing, in SI units, at their times."""
 
     quantity: str
     channel: Channel
+    clock: Channel
     start: int  # ns, time 0 by the file's clock
     t: np.ndarray  # s, from the first sample of any signal
     values: np.ndarray  # SI units
@@ -62,29 +58,19 @@ class Series(NamedTuple):
         return float(np.median(self.t[count:] - self.t[:-count])) / count if count else 0.0
 
     @property
-    def complete(self) -> bool:
-        """Whether no number is missing between its first and last sample."""
-        return bool(np.ptp(self.rows) + 1 == len(self.rows))
-
-    @property
     def rule(self) -> str:
         """How it is continued between samples."""
         return "held" if self.held else "interpolated"
 
-    def refuse(self, path: Path, bad: np.ndarray, problem: Callable[[int], str]) -> None:
-        """Raise `InputError` for the first of some bad samples, if there are any."""
-        for k in np.flatnonzero(bad)[:1].tolist():
-            raise InputError(f"{place(path, self.channel, int(self.rows[k]), self.quantity)}: {problem(k)}")
-
 
 def refuse(path: Path, channel: Channel, quantity: str, rows: np.ndarray, problem: str) -> None:
-    """Raise `InputError` for the first of some bad samples, if there are any; `{value}` is its text."""
+    """Raise `InputError` for the first of some bad samples, if there are any, with its line or number."""
     if len(rows):
         value = printable(str(channel.values[rows[0]]).strip(), 30)
         value = "empty" if value in ("", "nan", "NaT") else value
-        more = f", and {len(rows) - 1} more" if len(rows) > 1 else ""
-        text = problem.replace("{value}", repr(value))
-        raise InputError(f"{place(path, channel, int(rows[0]), quantity)}: {text}{more}")
+        where = f"line {rows[0] + channel.first_line}" if channel.first_line else f"sample {rows[0]}"
+        more = f" (and {len(rows) - 1} more)" if len(rows) > 1 else ""
+        raise InputError(f"{path}: {where}, column {quantity}{more}: {value!r}: {problem}")
 
 
 def numbers(path: Path, channel: Channel, quantity: str) -> np.ndarray:
@@ -100,7 +86,7 @@ def numbers(path: Path, channel: Channel, quantity: str) -> np.ndarray:
         result = np.array(pd.to_numeric(words, errors="coerce"), dtype=float)
         result[absent] = np.nan
     bad = ~(np.abs(result) < LARGEST) & ~absent
-    refuse(path, channel, quantity, np.flatnonzero(bad), "{value}: must be a finite number")
+    refuse(path, channel, quantity, np.flatnonzero(bad), "must be a finite number")
     return result
 
 
@@ -117,30 +103,28 @@ def seconds(path: Path, clock: Channel, unit: str) -> tuple[int, np.ndarray]:
         stamps = _stamps(text, first)
         if stamps is not None:
             bad = np.flatnonzero(stamps.isna() & ~absent)
-            refuse(path, clock, "t", bad, f"{{value}}: must be a time such as {printable(first, 30)}")
+            refuse(path, clock, "t", bad, f"must be a time such as {printable(first, 30)}")
             values = stamps.to_numpy()
         elif match := re.fullmatch(r"\S+\s*(sec|s|ms|min)", first):
             values, unit = text.str.removesuffix(match[1]).str.strip().to_numpy(dtype=object), match[1]
     if values.dtype.kind in "mM":
-        absent, per_second = np.isnat(values), 1e-9
-        values = values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64)
-    else:
-        scale = reading("t", unit)
-        if isinstance(scale, str):
-            raise InputError(f"{path}: column {printable(clock.name, 30)}: {scale}")
-        per_second = scale.factor
-        try:  # int64 keeps the nanoseconds of a stamp, which a double does not
-            values = np.array([int(v) for v in values]) if values.dtype.kind == "O" else values
-            values = values.astype(np.int64 if values.dtype.kind in "iu" else float)
-        except (ValueError, TypeError, OverflowError):
-            values = numbers(path, clock._replace(values=values), "t")
-        absent = ~np.isfinite(values)
+        values, absent, unit = (
+            values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64),
+            np.isnat(values),
+            "ns",
+        )
+    else:  # int64 keeps the nanoseconds of a stamp, which a double does not
+        of_clock = clock._replace(values=values)
+        values = values.astype(np.int64) if values.dtype.kind in "iu" else numbers(path, of_clock, "t")
+        absent = np.isnan(values)
+    read = reading("t", unit)
+    if isinstance(read, str):
+        raise InputError(f"{path}: column {printable(clock.name, 30)}: {read}")
     if absent.all():
         return 0, np.full(len(absent), np.nan)
     first = values[np.argmin(absent)]
-    start = round(Fraction(first.item()) * round(1e9 * per_second))
-    with np.errstate(invalid="ignore"):  # of signalling NaN
-        return start, np.where(absent, np.nan, (values - first).astype(float) * per_second)
+    start = round(Fraction(first.item()) * round(1e9 * read.factor))
+    return start, np.where(absent, np.nan, (values - first).astype(float) * read.factor)
 
 
 def _stamps(text: pd.Series, first: str) -> pd.Series | None:
@@ -161,26 +145,24 @@ def _stamps(text: pd.Series, first: str) -> pd.Series | None:
 
 
 def series(path: Path, channel: Channel, quantity: str, clock: Channel, t_unit: str, read: Reading) -> Series:
-    """Numbers of a channel at their times. `InputError` if there is a number without a time."""
+    """Numbers of a channel at their times. `InputError` if one has no time, or time does not increase."""
     start, t = seconds(path, clock, t_unit)
     values = numbers(path, channel, quantity)
     if len(values) != len(t):
         name = printable(channel.name, 30)
-        raise InputError(
-            f"{path}: column {name}: {len(values)} samples, {len(t)} times in {printable(clock.name, 30)}:"
-            " it needs a time of its own, as long as it is"
-        )
+        times = f"must be as many as times in {printable(clock.name, 30)}, {len(t)}"
+        raise InputError(f"{path}: column {name}: {len(values)} samples: {times}")
     present = np.isfinite(values)
-    without = np.flatnonzero(present & ~np.isfinite(t))
-    refuse(path, clock, "t", without, "{value}: must be a finite number")
+    refuse(path, clock, "t", np.flatnonzero(present & np.isnan(t)), "must be a finite number")
     rows = np.flatnonzero(present)
     if not len(rows):
         raise InputError(f"{path}: column {printable(channel.name, 30)}: 0 samples: it is empty")
+    refuse(path, clock, "t", rows[1:][np.diff(t[rows]) <= 0], f"time of {quantity} must increase")
     shift = t[rows[0]]
     held = channel.held if channel.held is not None else quantity == "u"
     values = read.factor * values[rows] + read.offset
     start += round(1e9 * float(shift))
-    return Series(quantity, channel, start, t[rows] - shift, values, rows, read.text, held)
+    return Series(quantity, channel, clock, start, t[rows] - shift, values, rows, read.text, held)
 
 
 def is_time(name: str) -> bool:

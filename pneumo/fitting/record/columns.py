@@ -3,7 +3,7 @@
 import json
 import re
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import parse_yaml, read_yaml
 from pneumo.errors import InputError, printable
-from pneumo.fitting.record.channel import Channel
+from pneumo.fitting.record.channel import TIME, Channel
 from pneumo.fitting.record.units import (
     ON_OFF,
     PLAIN,
@@ -24,15 +24,16 @@ from pneumo.fitting.record.units import (
     reading,
 )
 
-NAME = r"t|u|x|T|P_A|P_B|P_s|P|m_A|m_B|(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"
+NAME = rf"t|u|x|T|P_A|P_B|P_s|P|m_A|m_B|{TIME}"
 SUFFIX = r"[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?|[^\w\s].*"  # kPa, bar [abs], °C
 HEADER = re.compile(rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ]+(?P<suffix>{SUFFIX}))?\s*")
 LABEL = re.compile(r"(.+?)(?:\s*[\[(](.+)[\])]|[_ ]+([^\w\s]\S*))?")  # name and unit elsewhere
 PATH = re.compile(r"[^\[(]*[/.|]")  # of a signal in a tree of names
-MOST_NAMED = 8  # columns that a note names
+MOST_NAMED = 8  # columns that a message names
 UNNAMED = "?"  # for a column that nobody can guess
-LIKELY = {"t": "s", "u": "V", "x": "mm", **dict.fromkeys(("P_A", "P_B"), "bar")}
-LIKELY |= {"P_s": "bar", "T": "degC", **dict.fromkeys(("m_A", "m_B"), "kg/s")}
+LIKELY = {"t": "s", "u": "V", "x": "mm", "T": "degC", **dict.fromkeys(("m_A", "m_B"), "kg/s")}
+LIKELY |= dict.fromkeys(("P_A", "P_B", "P_s"), "bar")
+CURVE = "; it looks like a table of a valve's flow: that is `curve` under `valve` in the file of --config"
 GUESSES = {  # names of columns in other laboratories, in small letters and digits
     "t": re.compile(r"t|time|timestamp|zeit|temps|tempo"),
     "u": re.compile(r"[rfbi]?(u|u?(command|cmd|ventil|valve|stell\w*|spannung|voltage))"),
@@ -94,7 +95,7 @@ def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
     The last part of a path counts where no channel has the whole name. `InputError` if two name a quantity.
     """
     clocks = {channel.clock.name for channel in channels if channel.clock is not None}
-    found = dict[str, tuple[int, list[Column]]]()
+    found = dict[str, dict[int, list[Column]]]()  # by quantity and rank, of which the lowest counts
     for channel in channels:
         for of_path, name in enumerate((channel.name, PATH.sub("", channel.name))):
             quantity, unit = _name_and_unit(name)
@@ -109,15 +110,14 @@ def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
             if not name.strip().startswith(quantity):
                 rank += 3  # Time, beside t; P, beside P_A
             column = Column(column=channel.name, unit=plain_unit(unit))
-            best, columns = found.get(quantity, (rank, []))
-            if rank <= best:
-                found[quantity] = (rank, [*columns, column] if rank == best else [column])
+            found.setdefault(quantity, {}).setdefault(rank, []).append(column)
             break
-    for quantity, (_, columns) in found.items():
+    best = {quantity: ranked[min(ranked)] for quantity, ranked in found.items()}
+    for quantity, columns in best.items():
         if len(columns) > 1:
             both = " and ".join(repr(printable(column.column, 30)) for column in columns[:2])
             raise InputError(f"columns {both}: both are {quantity}")
-    return {quantity: columns[0] for quantity, (_, columns) in found.items()}
+    return {quantity: columns[0] for quantity, columns in best.items()}
 
 
 def _is_on_off(channel: Channel) -> bool:
@@ -128,41 +128,69 @@ def _is_on_off(channel: Channel) -> bool:
 
 def clock_unit(clock: Channel, columns: Mapping[str, Column]) -> str:
     """Unit of a channel's own times: of the channel, in its name, or else that of the column t."""
-    named = columns["t"].unit if "t" in columns else ""
-    if "t" in columns and columns["t"].column == clock.name:
-        return named
-    return clock.unit or _name_and_unit(clock.name)[1] or named
+    t = columns.get("t")
+    own = "" if t and t.column == clock.name else clock.unit or _name_and_unit(clock.name)[1]
+    return own or (t.unit if t else "")
 
 
-def proposed_option(channels: Sequence[Channel], known: Mapping[str, Column], needed: Iterable[str]) -> str:
-    """The option ``--columns`` for a shell: columns guessed by their names, `UNNAMED` for the others."""
-    clocked = all(channel.clock is not None for channel in channels)
+def missing_columns(
+    channels: Sequence[Channel],
+    known: Mapping[str, Column],
+    missing: Sequence[str],
+    instead: Mapping[str, str],
+) -> str:
+    """Text for a message on missing quantities, with the option ``--columns`` for a shell.
+
+    It has the columns that are guessed by their names, and `UNNAMED` for the others. `instead` has what else
+    may be done without a quantity.
+    """
+    proposed = {**known, **_guessed(channels, known, missing)}
+    content = {
+        q: column.model_dump(exclude_defaults=True) | {"unit": _likely(q, column.unit)}
+        for q, column in proposed.items()
+    }
+    hints = "".join(instead.get(quantity, "") for quantity in missing)
+    if len(channels) < 4 and [q for q, c in proposed.items() if c.column != UNNAMED] == ["u"]:
+        hints = CURVE
+    return (
+        f"must have a header such as {missing[0]}_{LIKELY[missing[0]]}, or be named with --columns; columns:"
+        f" {_listed(channels)}{hints}; to check and complete:"
+        f" --columns {shlex.quote(json.dumps(content, ensure_ascii=False))}"
+    )
+
+
+def _guessed(
+    channels: Sequence[Channel], known: Mapping[str, Column], missing: Sequence[str]
+) -> dict[str, Column]:
+    """Columns of missing quantities by names in other laboratories; `UNNAMED` for what nobody can guess."""
     used = {column.column for column in known.values()}
-    free = {c.name: c.unit for c in channels if c.name not in used}
-    named = {quantity: (column.column, column.unit) for quantity, column in known.items()}
-    for quantity in (q for q in needed if q not in known and not (q == "t" and clocked)):
+    free = {channel.name: channel.unit for channel in channels if channel.name not in used}
+    found = dict[str, Column]()
+    for quantity in missing:
         labels = ((name, _foreign(label)[0]) for name in free for label in (name, PATH.sub("", name)))
         name = next((name for name, label in labels if GUESSES[quantity].fullmatch(label)), UNNAMED)
-        named[quantity] = name, plain_unit(free.pop(name, "") or _foreign(name)[1])
-    content = {
-        quantity: {
-            "column": name,
-            "unit": (unit or LIKELY[quantity])
-            if not unit or isinstance(reading(quantity, unit), Reading)
-            else UNNAMED,
-        }
-        for quantity, (name, unit) in named.items()
-    }
-    return f"--columns {shlex.quote(json.dumps(content, ensure_ascii=False))}"
+        found[quantity] = Column(column=name, unit=plain_unit(free.pop(name, "") or _foreign(name)[1]))
+    return found
+
+
+def _likely(quantity: str, unit: str) -> str:
+    """Unit of a proposal: the usual one where none is written, `UNNAMED` for one of something else."""
+    return (unit if isinstance(reading(quantity, unit), Reading) else UNNAMED) if unit else LIKELY[quantity]
+
+
+def _listed(channels: Sequence[Channel]) -> str:
+    """Names of channels, not too many."""
+    names = [printable(channel.name, 30) for channel in channels]
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return f"{', '.join(names[:MOST_NAMED])}{more}"
 
 
 def unused_note(channels: Sequence[Channel], columns: Mapping[str, Column]) -> list[str]:
     """Note on channels that were not read."""
     used = {column.column for column in columns.values()}
     used |= {channel.clock.name for channel in channels if channel.clock is not None}
-    unused = [printable(channel.name, 30) for channel in channels if channel.name not in used]
-    more = f" and {len(unused) - MOST_NAMED} more" if len(unused) > MOST_NAMED else ""
-    return [f"columns not used: {', '.join(unused[:MOST_NAMED])}{more}"] if unused else []
+    unused = [channel for channel in channels if channel.name not in used]
+    return [f"columns not used: {_listed(unused)}"] if unused else []
 
 
 def _foreign(header: str) -> tuple[str, str]:

@@ -38,17 +38,15 @@ def given_channels(source: pd.DataFrame | xr.Dataset) -> list[Channel]:
 def _of_dataset(data: xr.Dataset) -> list[Channel]:
     """One-dimensional variables of a dataset; the time along their dimension is their clock."""
     flat = {str(name): data[name] for name in data.variables if data[name].ndim == 1}
-    made = {
-        name: Channel(name, variable.values, plain_unit(str(variable.attrs.get("units", ""))))
-        for name, variable in flat.items()
-    }
-    clocks = dict[Any, Channel]()
-    for name, channel in made.items():
-        (dim,) = flat[name].dims
+    made, clocks = list[tuple[Any, Channel]](), dict[Any, Channel]()  # with, or by, dimension
+    for name, variable in flat.items():
+        (dim,) = variable.dims
+        channel = Channel(name, variable.values, plain_unit(str(variable.attrs.get("units", ""))))
+        made.append((dim, channel))
         coordinate = name == dim and (channel.unit in TIMES or channel.values.dtype.kind in "mM")
         if coordinate or is_time(name):
             clocks.setdefault(dim, channel)
-    return [channel._replace(clock=clocks.get(flat[name].dims[0])) for name, channel in made.items()]
+    return [channel._replace(clock=clocks.get(dim)) for dim, channel in made]
 
 
 def _netcdf(path: Path) -> list[Channel]:
@@ -61,9 +59,7 @@ def _nested(path: Path, content: dict[str, Any]) -> list[Channel]:
     found = list(_members("", content, None))
     longest = max((len(channel.values) for channel in found), default=0)
     if longest < 2:
-        raise InputError(
-            f"{path}: holds no vectors of numbers: save each signal as a vector of its own, such as P_A_kPa"
-        )
+        raise InputError(f"{path}: no vectors of numbers: save each signal as a vector, such as P_A_kPa")
     return distinct([c for c in found if c.clock or len(c.values) == longest])  # others are constants
 
 
@@ -82,8 +78,9 @@ def _members(name: str, value: Any, clock: Channel | None, unit: str = "") -> It
         for channel in _members(name, columns, clock):
             yield channel._replace(unit=channel.unit or plain_unit(units.get(channel.name, "")))
     elif isinstance(value, dict) and "X" in value and "Y" in value:
-        axes = [Channel("Time", axis["Data"], "s") for axis in _listed(value["X"])]
-        for signal in _listed(value["Y"]):
+        times, signals = (v if isinstance(v, list) else [v] for v in (value["X"], value["Y"]))
+        axes = [Channel("Time", axis["Data"], "s") for axis in times]
+        for signal in signals:
             axis = int(signal.get("XIndex", 1)) - 1
             yield from _members("Y", signal, axes[axis if axis < len(axes) else 0])
     elif isinstance(value, dict):
@@ -118,10 +115,6 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else ""
 
 
-def _listed(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else [value]
-
-
 def _matlab(path: Path) -> list[Channel]:
     try:
         loaded = import_module("scipy.io").loadmat(path, appendmat=False, simplify_cells=True)
@@ -148,11 +141,9 @@ def _hdf5(path: Path) -> list[Channel]:
         if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "iufb" or item.size < 2:
             return None
         limit(path, item.size, MOST_NUMBERS, "numbers")
-        unit = item.attrs.get("units", item.attrs.get("unit", ""))
+        unit, values = item.attrs.get("units", item.attrs.get("unit", "")), item[()].squeeze()
         unit = unit.decode(errors="replace") if isinstance(unit, bytes) else str(unit)
-        return (
-            {"values": item[()].squeeze(), "label": item.name, "unit": unit} if unit else item[()].squeeze()
-        )
+        return {"values": values, "label": item.name, "unit": unit} if unit else values
 
     with h5py.File(path) as file:
         return _nested(path, content(file))
@@ -180,10 +171,9 @@ def _tdms(path: Path) -> list[Channel]:
             own = [Channel(c.name, c[:], str(c.properties.get("unit_string", ""))) for c in group]
             times = [channel for channel in own if is_time(channel.name)]
             for source, channel in zip(group, own, strict=True):
-                properties = source.properties
                 clock = next((t for t in times if len(t.values) == len(channel.values)), None)
-                if properties.get("wf_increment"):
-                    start = properties.get("wf_start_time")
+                if source.properties.get("wf_increment"):
+                    start = source.properties.get("wf_start_time")
                     known = isinstance(start, np.datetime64)
                     begin = (start - first) / np.timedelta64(1, "s") if known else 0.0
                     clock = Channel("Time", begin + source.time_track(), "s")

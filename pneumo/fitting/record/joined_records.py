@@ -44,19 +44,13 @@ def joined(records: Sequence[Measurement], part: float, most: int) -> tuple[Meas
     begins = tuple(np.cumsum([0, *(len(piece.u) for piece in pieces)]).tolist())
     split = begins[len(records) - 1] + cuts[-1]
 
-    def of(field: str) -> np.ndarray:
-        return np.concatenate([getattr(piece, field) for piece in pieces], axis=-1)
-
     temperatures = [m.T for m in records if np.isfinite(m.T)]
     names = ", ".join(m.name for m in records)
     order = f"{names}: fitted together, each from its own start; the part held out begins in the last of them"
+    present = [field for field in ("u", "x", "P", "m", "P_s") if getattr(first, field) is not None]
     return first._replace(
+        **{field: np.concatenate([getattr(piece, field) for piece in pieces], axis=-1) for field in present},
         name=names,
-        u=of("u"),
-        x=of("x"),
-        P=of("P"),
-        m=None if first.m is None else of("m"),
-        P_s=None if first.P_s is None else of("P_s"),
         T=float(np.mean(temperatures)) if temperatures else np.nan,
         notes=(*(f"{m.name}: {note}" for m in records for note in m.notes), order),
         begins=begins[:-1],

@@ -10,11 +10,11 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
-from pneumo.fitting.record.channel import Channel, Series, numbers, place, series
-from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, proposed_option, unused_note
+from pneumo.fitting.record.channel import Channel, Series, numbers, refuse, series
+from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, missing_columns, unused_note
 from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.plausibility import UNEVEN, Event, above_supply, check_clock, check_signals, events
-from pneumo.fitting.record.units import CHOICES, Surroundings
+from pneumo.fitting.record.units import Surroundings
 
 SENSORS = ("x", "P_A", "P_B")
 FLOWS = ("m_A", "m_B")  # instead of u
@@ -27,6 +27,7 @@ SHOWN = {  # factor and unit in which a channel is shown
     **dict.fromkeys(("P_A", "P_B", "P_s"), (1e-5, "bar absolute")),
     **dict.fromkeys(FLOWS, (1e3, "g/s")),
 }
+SHUT = {"u": "; if the valve was shut all the time: --closed both"}
 CUT = 0.01  # part of a record, whose loss at its ends a note names
 
 
@@ -68,29 +69,30 @@ def read_series(
     channels: Sequence[Channel],
     columns: Mapping[str, Column],
     around: Surroundings,
+    needed: Sequence[str],
+    instead: Mapping[str, str],
 ) -> dict[str, Series]:
-    """Signals by quantity, each at its own times. `InputError` if one of them is not usable."""
+    """Signals by quantity, each at its own times.
+
+    `InputError` if one of them is not usable, or one that is needed has no column; `instead` has what else
+    may be done then.
+    """
     by_name = {channel.name: channel for channel in reversed(channels)}
     clocks = {c.clock.name: c.clock for c in channels if c.clock is not None} | by_name
-    t = columns.get("t")
-    if t and t.column not in clocks and any(channel.clock is None for channel in channels):
-        raise InputError(f"{path}: no column {printable(t.column)!r}, which the mapping names as t")
+    known = {q: c for q, c in columns.items() if c.column in (clocks if q == "t" else by_name)}
+    used = {quantity: by_name[column.column] for quantity, column in known.items() if quantity != "t"}
+    clocked = all(channel.clock is not None for channel in (used.values() or channels))
+    wanted = dict.fromkeys(("t", *needed, *columns))
+    if missing := [name for name in wanted if name not in known and not (clocked and name == "t")]:
+        absent = [f"{columns[name].column!r} for {name}" if name in columns else name for name in missing]
+        remedy = missing_columns(channels, known, missing, instead)
+        raise InputError(f"{path}: no column {printable(', '.join(absent), 200)}: {remedy}")
     found = dict[str, Series]()
-    for quantity, column in columns.items():
-        if quantity == "t":
-            continue
-        if column.column not in by_name:
-            listed = ", ".join(printable(channel.name, 30) for channel in channels[:12])
-            raise InputError(
-                f"{path}: no column {printable(column.column)!r}, which the mapping names as {quantity};"
-                f" columns: {listed}; to check and complete: {proposed_option(channels, {}, columns)}"
-            )
-        channel = by_name[column.column]
-        clock = channel.clock or clocks.get(t.column if t else "")
-        assert clock is not None  # or the caller would have missed t
+    for quantity, channel in used.items():
+        clock = channel.clock or clocks[columns["t"].column]
         if quantity in OPTIONAL and np.isnan(numbers(path, channel, quantity)).all():
             continue
-        read = column.reading(path, quantity, around)
+        read = columns[quantity].reading(path, quantity, around)
         found[quantity] = series(path, channel, quantity, clock, clock_unit(clock, columns), read)
     start = min((signal.start for signal in found.values()), default=0)
     return {q: s._replace(start=start, t=s.t + (s.start - start) / 1e9) for q, s in found.items()}
@@ -127,10 +129,9 @@ def read_measurement(
     columns = dict(mapping) if mapping else columns_by_header(channels)
     measured_flow = any(quantity in columns for quantity in FLOWS)
     driven = FLOWS if measured_flow else ("u",)
-    needed = SENSORS + (() if closed else driven)
-    _check_needed(path, channels, columns, needed)
+    needed = SENSORS if closed else (*SENSORS, *driven)
     around = Surroundings(plant.conditions.P_atm, plant.valve.u_max, plant.gas.R)
-    signals = read_series(path, channels, columns, around)
+    signals = read_series(path, channels, columns, around, needed, SHUT)
     # Who gives a mapping knows what it leaves out; an empty column, as of LabVIEW's comments, says nothing.
     filled = [c for c in channels if len(c.values) and str(c.values[0]).strip() not in ("", "nan")]
     notes = [] if mapping else unused_note(filled, columns)
@@ -171,34 +172,14 @@ def read_measurement(
     )
 
 
-def _check_needed(
-    path: Path, channels: Sequence[Channel], columns: Mapping[str, Column], needed: Sequence[str]
-) -> None:
-    """Raise `InputError` with a proposal for ``--columns`` if a quantity has no column."""
-    clocked = all(c.clock is not None for c in channels if c.name in {x.column for x in columns.values()})
-    needed = needed if clocked and any(c.clock is not None for c in channels) else ("t", *needed)
-    missing = [quantity for quantity in needed if quantity not in columns]
-    if not missing:
-        return
-    present = ", ".join(printable(channel.name, 30) for channel in channels[:12])
-    shut = "; if the valve was shut all the time: --closed both" if "u" in missing else ""
-    unit = CHOICES[missing[0]].split(",")[0].split(" ")[0]
-    raise InputError(
-        f"{path}: no column {', '.join(missing)}: must have a header such as {missing[0]}_{unit}, or be named"
-        f" with --columns; columns: {present}{shut}; to check and complete:"
-        f" {proposed_option(channels, columns, needed)}"
-    )
-
-
 def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[float, np.ndarray, list[str]]:
     """Period and times of the grid, and notes: that of the fastest sensor, where all signals are."""
     notes = list[str]()
     moving = {name: signals[name] for name in (*SENSORS, *ORDER) if name in signals and name != "T"}
     for quantity, signal in moving.items():
         if len(signal.t) < 2:
-            raise InputError(
-                f"{path}: column {quantity}: {len(signal.t)} samples: must be at least {FEWEST_ROWS}"
-            )
+            allowed = f"must be at least {FEWEST_ROWS}"
+            raise InputError(f"{path}: column {quantity}: {len(signal.t)} samples: {allowed}")
         check_clock(path, signal, closed, sensor=quantity in SENSORS)
         notes += _missing(path, signal)
     fastest = min((signals[name] for name in SENSORS), key=lambda s: (s.period, -len(s.t)))
@@ -210,9 +191,8 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
         raise InputError(f"{path}: {len(t)} samples{of}: must be at least {FEWEST_ROWS}")
     longest = max(float(np.ptp(signal.t)) for signal in moving.values())
     if last - first < (1 - CUT) * longest:
-        notes.append(
-            f"all signals together last {last - first:.4g} s of {longest:.4g} s; the rest is not used"
-        )
+        together = f"{last - first:.4g} s of {longest:.4g} s"
+        notes.append(f"all signals together last {together}; the rest is not used")
     span = t - t[0]
     absent = int(np.ptp(fastest.rows)) + 1 - len(fastest.rows)
     count = len(t) + max(0, min(absent, round(span[-1] / fastest.period) + 1 - len(t)))
@@ -221,10 +201,8 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
     near = grid if count == len(t) else period * np.round(span / period)
     uneven = float(np.max(np.abs(span - near))) / period
     if uneven > UNEVEN:
-        notes.append(
-            f"time is not uniform: samples deviate by up to {uneven:.2g} periods of {period:.4g} s from"
-            " a uniform grid; signals are interpolated to it"
-        )
+        off = f"by up to {uneven:.2g} periods of {period:.4g} s"
+        notes.append(f"time is not uniform: samples are off a uniform grid {off}; signals are interpolated")
     return period, t[0] + grid, notes
 
 
@@ -237,10 +215,8 @@ def _missing(path: Path, signal: Series) -> list[str]:
     if count <= 0 or (signal.held and expected > 2 * len(signal.t)):
         return []
     if count > MOST_MISSING * expected:
-        raise InputError(
-            f"{place(path, signal.channel, int(absent[0]), signal.quantity)}: {count} of {expected} samples"
-            f" are missing: must be at most {100 * MOST_MISSING:g} %; take a record without them"
-        )
+        many = f"{count} of {expected} samples are missing: must be at most {100 * MOST_MISSING:g} %"
+        refuse(path, signal.channel, signal.quantity, absent, many)
     return [f"column {signal.quantity}: {count} of {expected} samples missing, {signal.rule}"]
 
 

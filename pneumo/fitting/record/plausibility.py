@@ -8,11 +8,11 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fitting.record.channel import Series
+from pneumo.fitting.record.channel import Series, refuse
 from pneumo.fitting.record.units import LENGTHS, PRESSURES, gauge_zero
 
-PERIODS = (1e-5, 0.1)  # s, between samples of a cylinder at work: its chambers fill within a second
-PERIODS_CLOSED = (1e-5, 10.0)  # of closed chambers, which settle within minutes
+SHORTEST = 1e-5  # s, between samples
+LONGEST, LONGEST_CLOSED = 0.1, 10.0  # chambers fill within a second; closed ones settle within minutes
 GAP = 3.0 + 1e-8  # periods between samples that are a gap
 TO_AND_FRO = 0.2  # of half the stroke, that a piston moves both ways
 UNEVEN = 1e-3  # deviation from a uniform grid, in periods, that is negligible
@@ -42,32 +42,22 @@ class Event(NamedTuple):
 def check_clock(path: Path, signal: Series, closed: bool, *, sensor: bool) -> None:
     """Check the times of a signal.
 
-    `InputError` if time goes back, or a sensor's has gaps or a period too short or too long to show a
-    cylinder at work, or `closed` chambers, which change more slowly. A command that was logged on changes, or
-    more slowly than sensors, may have any.
+    `InputError` if a sensor's have gaps or a period too short or too long to show a cylinder at work, or
+    `closed` chambers, which change more slowly. A command that was logged on changes, or more slowly than
+    sensors, may have any.
     """
-    t, usual = signal.start / 1e9 + signal.t, signal.period
-    name = "t" if signal.channel.clock is None else f"t of {signal.quantity}"
-    steps = np.diff(signal.t, prepend=-np.inf)  # each sample's from the one before
-    of_time = signal._replace(quantity=name)
-    of_time.refuse(path, steps <= 0, lambda k: f"{t[k]:.9g} s follows {t[k - 1]:.9g} s: time must increase")
-    shortest, longest = PERIODS_CLOSED if closed or not sensor else PERIODS
-    if sensor and not shortest <= usual <= longest:
-        factor, unit = (1e3, "ms") if usual > longest else (1e-3, "s")
-        hint = f"; is t in {unit}?" if shortest <= usual / factor <= longest else ""
-        raise InputError(
-            f"{path}: column {name}: samples are {usual:.3g} s apart: must be {shortest:g} to {longest:g}"
-            f" s{hint}"
-        )
+    name, usual = signal.quantity, signal.period
+    longest = LONGEST_CLOSED if closed else LONGEST
+    steps, later = np.diff(signal.t), signal.rows[1:]
+    if sensor and not SHORTEST <= usual <= longest:
+        other = {"ms": 1e-3 * usual, "s": 1e3 * usual}
+        hint = "".join(f"; is t in {unit}?" for unit, s in other.items() if SHORTEST <= s <= longest)
+        allowed = f"must be {SHORTEST:g} to {longest:g} s{hint}"
+        raise InputError(f"{path}: column t: samples of {name} are {usual:.3g} s apart: {allowed}")
     if not signal.held:
-        (of_time if signal.complete else signal).refuse(
-            path,
-            np.isfinite(steps) & (steps > GAP * usual),
-            lambda k: (
-                f"a gap of {steps[k]:.4g} s after t = {t[k - 1]:.6g} s, where samples are {usual:.4g} s"
-                " apart: cut the file there and fit one part"
-            ),
-        )
+        allowed = f"must be at most {GAP:.0f} times the usual {usual:.4g} s: cut the file there, fit one part"
+        gap = f"{name} has a gap, of up to {steps.max():.4g} s: {allowed}"
+        refuse(path, signal.clock, "t", later[steps > GAP * usual], gap)
 
 
 def events(signal: Series, plant: Plant, start: float) -> list[Event]:
@@ -111,42 +101,32 @@ def check_signals(
     chambers pressures may exceed the supply's, and signals may be constant: the fit itself checks them.
     """
     c = plant.conditions
-    if not c.P_atm < c.P_s:
-        raise InputError(f"P_s = {c.P_s:g} Pa: must exceed P_atm")
     notes = [note for name in ("P_A", "P_B") for note in _check_pressure(path, signals[name], plant, closed)]
     notes += _check_position(path, signals["x"], plant, from_end, closed)
-    if not closed:
-        for name in ("x", "P_A", "P_B", *(("m_A", "m_B") if "m_A" in signals else ("u",))):
-            if np.ptp(values := signals[name].values) == 0:
-                raise InputError(f"{path}: column {name}: {values[0]:.4g} in every sample: nothing to fit")
+    for name, signal in signals.items() if not closed else ():
+        if name not in ("P_s", "T") and np.ptp(signal.values) == 0:
+            raise InputError(f"{path}: column {name}: {signal.values[0]:.4g} in every sample: nothing to fit")
     if "u" in signals:
         notes += _check_command(path, signals["u"], signals["x"].values, plant, closed)
     supply = c.P_s
     if "P_s" in signals:
         low, high, supply = (f(signals["P_s"].values) for f in (np.min, np.max, np.mean))
+        found = f"column P_s: {low / 1e3:.4g} to {high / 1e3:.4g} kPa"
         if not (SUPPLY[0] * c.P_s < low and high < SUPPLY[1] * c.P_s):
-            raise InputError(
-                f"{path}: column P_s: {low:.4g} to {high:.4g} Pa: must lie between {SUPPLY[0]:g} and"
-                f" {SUPPLY[1]:g} times the configured {c.P_s:.4g} Pa (P_s_Pa, absolute); is the unit right?"
-            )
-        configured = f"in place of the configured {c.P_s / 1e3:.4g} kPa"
-        notes.append(f"column P_s: {low / 1e3:.4g} to {high / 1e3:.4g} kPa, {configured}")
+            allowed = f"{SUPPLY[0]:g} to {SUPPLY[1]:g} times P_s_Pa = {c.P_s:.4g} (absolute)"
+            raise InputError(f"{path}: {found}: must be {allowed}; is the unit right?")
+        notes.append(f"{found}, in place of the configured {c.P_s / 1e3:.4g} kPa")
     top = max(np.percentile(signals[name].values, 99) for name in ("P_A", "P_B"))
     if not closed and top < c.P_atm + LEAST_AT_WORK * (supply - c.P_atm):
-        notes.append(
-            f"columns P_A and P_B: up to {top / 1e5:.3g} bar, but the supply has {supply / 1e5:.3g} bar (both"
-            " absolute): is their unit right?"
-        )
+        of_supply = f"the supply has {supply / 1e5:.3g} bar (both absolute): is their unit right?"
+        notes.append(f"columns P_A and P_B: up to {top / 1e5:.3g} bar, but {of_supply}")
     if "T" in signals:
         T = float(np.mean(signals["T"].values))
+        found = f"column T: {T:.4g} K on average"
         if not 200 < T < 400:
-            raise InputError(
-                f"{path}: column T: {T:.4g} K on average: must lie between 200 and 400 K; is it degC?"
-            )
+            raise InputError(f"{path}: {found}: must be 200 to 400 K; is it degC?")
         configured = f"T_amb {c.T_amb:.4g} K and T_in {c.T_in:.4g} K"
-        notes.append(
-            f"column T: {T:.4g} K on average, of the surroundings, in place of the configured {configured}"
-        )
+        notes.append(f"{found}, of the surroundings, in place of the configured {configured}")
     return notes
 
 
@@ -154,41 +134,33 @@ def _check_position(path: Path, signal: Series, plant: Plant, from_end: bool, cl
     """Notes on a position; `InputError` if it is outside the stroke."""
     x, half = signal.values, plant.cylinder.stroke / 2
     shift = half if from_end else 0.0
-    unit = _other_unit(
+    hint = _other_unit(
         signal, LENGTHS, -shift, lambda a, b: max(-a, b) < 1.05 * half and b - a > TO_AND_FRO * half
     )
-    hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
-    hint = unit if np.ptp(x) > 2.2 * half else hint
-    outside = f"m is outside the stroke, {shift - half:g} to {shift + half:g} m{hint}"
-    signal.refuse(path, np.abs(x) > 1.05 * half, lambda k: f"{x[k] + shift:.4g} {outside}")
-    if closed or not 0 < np.ptp(x) < LEAST_TRAVEL * half:
-        return []
-    return [f"column x: moves {np.ptp(x) * 1e3:.3g} mm of a stroke of {2e3 * half:.4g} mm{unit}"]
+    if 0 < np.ptp(x) < LEAST_TRAVEL * half and not closed:
+        return [f"column x: moves {np.ptp(x) * 1e3:.3g} mm of a stroke of {2e3 * half:.4g} mm{hint}"]
+    if np.ptp(x) <= 2.2 * half:
+        hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
+    outside = f"outside the stroke, {shift - half:g} to {shift + half:g} m{hint}"
+    refuse(path, signal.channel, "x", signal.rows[np.abs(x) > 1.05 * half], outside)
+    return []
 
 
 def _check_command(path: Path, signal: Series, x: np.ndarray, plant: Plant, closed: bool) -> list[str]:
     """Note on a command beyond the limiter; `InputError` if it cannot be one of both directions."""
     u, u_max = signal.values, plant.valve.u_max
+    found = f"{path}: column u: {u.min():.4g} to {u.max():.4g} V"
     if ".." in signal.text and np.abs(u).max() > OF_LOOP * u_max:
-        raise InputError(
-            f"{path}: column u: {u.min():.4g} to {u.max():.4g} V, read in {signal.text}: which range has it?"
-            " write mA 0..20, mA -20..20 or V 0..10; mA alone is 4..20"
-        )
+        ranges = "write mA 0..20, mA -20..20 or V 0..10; mA alone is 4..20"
+        raise InputError(f"{found}, read in {signal.text}: which range has it? {ranges}")
     forth, back = (x - np.minimum.accumulate(x)).max(), (np.maximum.accumulate(x) - x).max()
     if not closed and u.min() * u.max() >= 0 and min(forth, back) > TO_AND_FRO * plant.cylinder.stroke / 2:
-        middle = f"{(u.min() + u.max()) / 2:.2g}"
-        raise InputError(
-            f"{path}: column u: {u.min():.4g} to {u.max():.4g} V, of one sign, while the piston moves both"
-            " ways: must be negative where chamber B is filled; if the valve is shut at, say,"
-            f" {middle} V, write its unit with the ends of its range, as `V 0..10`, or give the column an"
-            f" `offset: -{middle}` in --columns"
-        )
+        middle = f"`offset: {-(u.min() + u.max()) / 2:.2g}` in --columns, if the valve is shut there"
+        both = "but the piston moves both ways: must be negative where chamber B is filled"
+        raise InputError(f"{found}, of one sign, {both}; write a unit such as `V 0..10`, or {middle}")
     beyond = 100 * float(np.mean(np.abs(u) > u_max))
-    return (
-        [f"column u: beyond the limiter's {u_max:g} V in {beyond:.2g} % of samples; limited"]
-        if beyond
-        else []
-    )
+    limited = f"column u: beyond the limiter's {u_max:g} V in {beyond:.2g} % of samples; limited"
+    return [limited] if beyond else []
 
 
 def _other_unit(
@@ -209,26 +181,15 @@ def _check_pressure(path: Path, signal: Series, plant: Plant, closed: bool) -> l
     P, c, name = signal.values, plant.conditions, signal.quantity
     low, top = np.percentile(P, (1, 99))
     gauge = signal.text.endswith("gauge")
-    least = (1 + LEAST_GAUGE) * c.P_atm if gauge else 0.0  # at the highest pressure
-    unit = _other_unit(
-        signal,
-        PRESSURES,
-        gauge_zero(c.P_atm) if gauge else 0.0,
-        lambda a, b: 0.5 * c.P_atm < a and least <= b < OF_SUPPLY * c.P_s,
+    zero, least = (gauge_zero(c.P_atm), (1 + LEAST_GAUGE) * c.P_atm) if gauge else (0.0, 0.0)
+    hint = _other_unit(
+        signal, PRESSURES, zero, lambda a, b: 0.5 * c.P_atm < a and least <= b < OF_SUPPLY * c.P_s
     )
-    if (top > TOO_LARGE * c.P_s or top < c.P_atm / TOO_LARGE) and "factor" in unit:
-        raise InputError(
-            f"{path}: column {name}: {low:.4g} to {top:.4g} Pa, but only {c.P_atm:.4g} (atmosphere) to"
-            f" {c.P_s:.4g} (supply) is possible{unit}"
-        )
-    below = f"Pa is far below the atmosphere's {c.P_atm:.4g} Pa"
-    rest = "must be absolute; a gauge's unit is written bar(g)"
-    signal.refuse(path, 0.5 * c.P_atm >= P, lambda k: f"{P[k]:.4g} {below}: {rest}")
-    if top > OF_SUPPLY * c.P_s and not closed:
-        raise InputError(
-            f"{path}: column {name}: up to {top:.4g} Pa, far above the supply's {c.P_s:.4g} Pa"
-            f" (P_s_Pa, absolute){unit}"
-        )
+    ends = f"{c.P_atm:.4g} (atmosphere) to {c.P_s:.4g} Pa (supply), absolute"
+    allowed = f"must be about {ends}; a gauge's unit is written bar(g){hint}"
+    refuse(path, signal.channel, name, signal.rows[0.5 * c.P_atm >= P], allowed)
+    if top > (TOO_LARGE if closed else OF_SUPPLY) * c.P_s and not (closed and "factor" not in hint):
+        raise InputError(f"{path}: column {name}: up to {top:.4g} Pa: {allowed}")
     if low < 0.9 * c.P_atm:
         return [f"column {name}: down to {low:.4g} Pa, below the atmosphere: is it absolute?"]
     return []

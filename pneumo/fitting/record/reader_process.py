@@ -38,7 +38,13 @@ def serve() -> None:
     answer = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # a library's own output is no answer
     function, arguments = pickle.load(sys.stdin.buffer)  # noqa: S301 - written by `isolated`
-    _bound_memory()
+    status = Path("/proc/self/statm")
+    if status.exists():  # elsewhere memory cannot be bounded
+        import resource
+
+        used = int(status.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        resource.setrlimit(resource.RLIMIT_AS, (used + LARGEST_MEMORY, hard))
     result, error = None, None
     try:
         result = function(*arguments)
@@ -50,14 +56,3 @@ def serve() -> None:
         error = ValueError(" ".join(str(failed).split())[:500] or type(failed).__name__)
     pickle.dump((result, error), answer, pickle.HIGHEST_PROTOCOL)
     answer.flush()
-
-
-def _bound_memory() -> None:
-    """Bound the memory of this process, where the system can."""
-    status = Path("/proc/self/statm")
-    if status.exists():
-        import resource
-
-        used = int(status.read_text(encoding="ascii").split()[0]) * resource.getpagesize()
-        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        resource.setrlimit(resource.RLIMIT_AS, (used + LARGEST_MEMORY, hard))

@@ -112,9 +112,9 @@ def _first_sample(path: Path, lines: Sequence[str]) -> _Table:
             width = max(map(len, rows)) if separator != " " else len(rows[0])
             most = max(width, line.count(separator) + 1) if separator != " " else width
             return _Table(index, separator, width, most, _decimal([cell for row in rows for cell in row]))
+    where = f"within the first {HEAD_LINES} lines"
     raise InputError(
-        f"{path}: no numbers in columns within the first {HEAD_LINES} lines: export the record as CSV,"
-        " with names and units in the first row"
+        f"{path}: no numbers in columns {where}: export CSV with names and units in the first row"
     )
 
 

@@ -43,6 +43,7 @@ VOLUMES = {
 }
 VOLTAGES = {"V": 1.0, "mV": 1e-3, **dict.fromkeys(("volt", "volts", "VDC", "V DC"), 1.0)}
 COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, sccm, scfm
+SHORT = re.compile("|".join(COMPACT), re.IGNORECASE)
 ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
 QUANTITIES = ("t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
 CHOICES = {  # written in messages, by quantity
@@ -154,19 +155,15 @@ def _command(unit: str, u_max: float) -> Reading | None:
         return None
     low, high = float(match["low"]), float(match["high"])
     factor = 2 * u_max / (high - low)
-    name = match["before"] or match["behind"] or ""
-    return Reading(
-        factor, -u_max - factor * low, f"{name} {low:g}..{high:g} for {-u_max:g}..{u_max:g} V".strip()
-    )
+    text = f"{match['before'] or match['behind'] or ''} {low:g}..{high:g} for {-u_max:g}..{u_max:g} V"
+    return Reading(factor, -u_max - factor * low, text.strip())
 
 
 def _flow(unit: str, R: float) -> Reading | str | None:
     """Reading of a flow; text if its reference state is to be named."""
     if found := _rate(unit, MASSES):
         return found
-    long = re.sub(
-        "|".join(COMPACT), lambda short: COMPACT[short[0].lower()], unit, count=1, flags=re.IGNORECASE
-    )
+    long = SHORT.sub(lambda short: COMPACT[short[0].lower()], unit, count=1)
     match = VOLUME_FLOW.fullmatch(long)
     per = _rate(f"{match['volume']}/{match['time']}", VOLUMES) if match else None
     if not match or not per:
@@ -178,10 +175,9 @@ def _flow(unit: str, R: float) -> Reading | str | None:
     stated = STATE.fullmatch(state or ("0 degC" if match["normal"] or match["behind"] else ""))
     P_unit = _named(stated["unit"] or "bar", PRESSURES) if stated else ""
     if not stated or not P_unit:
-        return (
-            f"unit {unit!r}: of which reference state? write {unit.partition('(')[0].strip()}(0 degC),"
-            " (20 degC, 1 bar) or (ANR), for 20 degC, 1 bar, 65 % humidity; they differ by up to 9 %"
-        )
+        known = "(20 degC, 1 bar) or (ANR), for 20 degC, 1 bar, 65 % humidity; they differ by up to 9 %"
+        write = f"{unit.partition('(')[0].strip()}(0 degC), {known}"
+        return f"unit {unit!r}: of which reference state? write {write}"
     T, P = float(stated["T"]), float(stated["P"] or 1.01325) * PRESSURES[P_unit]
     if not -50 <= T <= 100 or not 5e4 <= P <= 2e5:
         return f"unit {unit!r}: reference state must lie within -50 to 100 degC and 0.5 to 2 bar"

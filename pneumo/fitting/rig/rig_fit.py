@@ -156,8 +156,7 @@ def parted(runs: Sequence[Run]) -> tuple[Sequence[Run], Parts, str]:
         early = [run.within(-np.inf, last)]
         text = f"{ranked_by} the rest, which they replay from the run's start"
         return early, [(early, [run.within(last, np.inf)])], f"the first part of the run was fitted; {text}"
-    even = np.arange(len(t)) % 2 == 0
-    first, second = ([run._replace(P=run.P.part(chosen))] for chosen in (even, ~even))
+    first, second = ([run._replace(P=run.P.part(slice(k, None, 2)))] for k in (0, 1))
     text = f"estimates are from all points; {ranked_by} every second point, fitted on the others, both ways"
     return runs, [(first, second), (second, first)], text
 

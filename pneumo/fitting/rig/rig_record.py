@@ -1,6 +1,6 @@
 """Record of one volume of gas, cut into runs that start at rest."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pneumo.errors import InputError, printable
-from pneumo.fitting.record.channel import Channel
+from pneumo.errors import InputError
+from pneumo.fitting.record.channel import refuse
 from pneumo.fitting.record.columns import Column, columns_by_header
 from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.measurement import read_series
@@ -22,6 +22,7 @@ FALLEN = 0.7  # of a pulse's largest pressure, below which the valve has closed
 BEFORE, AFTER = 10e-3, 30e-3  # s, of a run before its pulse begins and after it has ended
 UNEVEN = 0.02  # variation of the steps between samples, over their mean, that is negligible
 SHORTEST = 5  # samples between the edges of a pulse
+INSTEAD = {"u": "; or --command edges", "P_B": "; or a rig without dead_volume_B_mL"}
 STEPS = 600  # of a run without samples uniform in time
 
 
@@ -31,7 +32,7 @@ class Points(NamedTuple):
     t: np.ndarray  # s, from the start of the run
     values: np.ndarray  # SI units
 
-    def part(self, chosen: np.ndarray) -> "Points":
+    def part(self, chosen: np.ndarray | slice) -> "Points":
         """The chosen points."""
         return Points(self.t[chosen], self.values[chosen])
 
@@ -60,12 +61,13 @@ class Run(NamedTuple):
 
     def within(self, first: float, last: float) -> "Run":
         """The run with what was measured after one time and up to another, s."""
-
-        def cut(points: Points | None) -> Points | None:
-            return points and points.part((first < points.t) & (last >= points.t))
-
-        P = self.P.part((first < self.P.t) & (last >= self.P.t))
-        return self._replace(P=P, P_B=cut(self.P_B), T=cut(self.T))
+        measured = {"P": self.P, "P_B": self.P_B, "T": self.T}
+        kept = {
+            name: points.part((first < points.t) & (last >= points.t))
+            for name, points in measured.items()
+            if points is not None
+        }
+        return self._replace(**kept)
 
 
 def edges(P: np.ndarray) -> list[tuple[float, float]]:
@@ -144,11 +146,6 @@ def pulses(
     return runs
 
 
-def _held(t: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Command at other times: the last one before each."""
-    return values[np.clip(np.searchsorted(times, t + 1e-9, side="right") - 1, 0, None)]
-
-
 def vessel_run(P: Points, T: Points | None = None) -> Run:
     """Run of a vessel from time 0, with samples as dense as its steps need."""
     h = float(max(P.t[-1], T.t[-1] if T else 0.0)) / STEPS
@@ -182,48 +179,34 @@ def read_runs(
         If the file or a column is not usable, or has no whole pulse.
     """
     path, channels = read_channels(source)
-    signals = _signals(path, channels, rig, mapping)
-    pressure, T = signals["P_A"], signals.get("T")
+    columns = dict(mapping) if mapping else columns_by_header(channels)
     vessel, both = rig.has("volume"), rig.has("dead_volume_B")
-    if vessel and not rig.has("valve_C_in"):
+    shut = vessel and not rig.has("valve_C_in")
+    of_rig = {"P_A": True, "x": not vessel, "u": not shut and not from_edges, "P_B": both}
+    needed = [quantity for quantity, used in of_rig.items() if used]
+    around = Surroundings(P_atm=rig.ends["P_surroundings"][0], R=rig.gas.R)
+    signals = read_series(path, channels, columns, around, needed, INSTEAD)
+    for name in signals.keys() & {"P_A", "P_B"}:
+        P = signals[name]
+        allowed = "must be positive, absolute; a gauge's unit is written bar(g)"
+        refuse(path, P.channel, name, P.rows[P.values <= 0], allowed)
+    P_A = signals["P_A"]
+    if len(P_A.t) < SHORTEST:
+        raise InputError(f"{path}: column P_A: {len(P_A.t)} numbers: must be at least {SHORTEST}")
+    # Times count from the first sample, but of a pressure P with times of its own from the run's start.
+    begin = P_A.start / 1e9 if not mapping and P_A.channel.name == "P" and P_A.channel.clock else 0.0
+    points = {name: Points(signal.t + begin, signal.values) for name, signal in signals.items()}
+    pressure, T = points["P_A"], points.get("T")
+    if shut:
         return [vessel_run(pressure, T)]
-    needed = {"x": not vessel, "u": not from_edges, "P_B": both}
-    for name in (name for name in needed if needed[name] and name not in signals):
-        instead = {"u": "; or --command edges", "P_B": "; or a rig without dead_volume_B_mL"}.get(name, "")
-        what = f"a {'vessel' if vessel else 'chamber'} behind an on/off valve needs it{instead}"
-        raise InputError(f"{path}: no column {name}: {what}")
-    t, x = (pressure.t, np.zeros_like(pressure.t)) if vessel else signals["x"]
+    t, x = (pressure.t, np.zeros_like(pressure.t)) if vessel else points["x"]
     steps = np.diff(t)
     if len(t) < SHORTEST or np.ptp(steps) > UNEVEN * np.mean(steps):
-        raise InputError(
-            f"{path}: t: samples must be equally spaced, within {100 * UNEVEN:g} % of their mean"
-        )
-    u = None if from_edges else _held(t, *signals["u"])
-    return pulses(t, x, np.interp(t, *pressure), u, np.interp(t, *signals["P_B"]) if both else None, T)
-
-
-def _signals(
-    path: Path, channels: Sequence[Channel], rig: Rig, mapping: Mapping[str, Column] | None
-) -> dict[str, Points]:
-    """Signals of a record at the times at which they were measured.
-
-    Times count from the first sample, but those of a pressure P with times of its own as they are: the run
-    began at 0.
-    """
-    columns = dict(mapping) if mapping else columns_by_header(channels)
-    clocks = "t" in columns or all(c.clock is not None for c in channels)
-    missing = [name for name, given in (("t", clocks), ("P_A", "P_A" in columns)) if not given]
-    around = Surroundings(P_atm=rig.ends["P_surroundings"][0], R=rig.gas.R)
-    measured = {} if missing else read_series(path, channels, columns, around)
-    from_zero = not mapping and any(c.name == "P" and c.clock is not None for c in channels)
-    found = dict[str, Points]()
-    for name, signal in measured.items():
-        if name in ("P_A", "P_B") and signal.values.min() <= 0:
-            lowest = f"{printable(signal.channel.name)}: down to {signal.values.min():.4g} Pa absolute"
-            raise InputError(f"{path}: column {lowest}: must be positive; a gauge's unit is written bar(g)")
-        if (np.diff(signal.t) <= 0).any():
-            raise InputError(f"{path}: t: must be numbers that increase from row to row")
-        found[name] = Points(signal.t + from_zero * signal.start / 1e9, signal.values)
-    if missing or len(found["P_A"].t) < SHORTEST:
-        raise InputError(f"{path}: no column {[*missing, 'P_A'][0]} with at least {SHORTEST} numbers")
-    return found
+        allowed = f"must be equally spaced, within {100 * UNEVEN:g} % of their mean"
+        raise InputError(f"{path}: t: samples are {steps.min():.3g} to {steps.max():.3g} s apart: {allowed}")
+    P_B = np.interp(t, *points["P_B"]) if both else None
+    u = None
+    if not from_edges:  # held until the next sample
+        last = np.searchsorted(points["u"].t, t + 1e-9, side="right") - 1
+        u = points["u"].values[np.clip(last, 0, None)]
+    return pulses(t, x, np.interp(t, *pressure), u, P_B, T)

@@ -55,15 +55,9 @@ def valve_opening(rig: Rig, values: Mapping[str, float], run: Run) -> np.ndarray
 class RigReplay(NamedTuple):
     """A run as a model replays it, at the samples of the run's inputs."""
 
-    P: Points  # Pa, at the sensor
+    pressures: tuple[Points, ...]  # Pa, at the sensors, by chamber
     T: Points  # K, of the chamber's gas, as the thermometer reads it
     T_store: Points  # K, of the heat store beside the gas
-    P_B: Points | None  # Pa, at the sensor of the other chamber
-
-    @property
-    def pressures(self) -> tuple[Points, ...]:
-        """Pressures by chamber."""
-        return (self.P,) if self.P_B is None else (self.P, self.P_B)
 
 
 def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> RigReplay:
@@ -133,10 +127,9 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
     network = first, ends, [*surroundings.values()], sampled(volumes), sampled([link[-1] for link in links])
     states = replay(*network, gas, run.h, sampled(ratios))
     at = "hose" if rig.has("hose_volume") and rig.sensor == "valve" else "chamber"
-    P, P_B = (Points(t, states.P[index[at + side]]) if side in sides else None for side in ("", "_B"))
-    assert P
+    pressures = tuple(Points(t, states.P[index[at + side]]) for side in sides)
     T = Points(t, lagged(states.T[0], values["T_lag"], run.h))
-    return RigReplay(P, T, Points(t, states.T_store[0]), P_B)
+    return RigReplay(pressures, T, Points(t, states.T_store[0]))
 
 
 def errors(replayed: Points, measured: Points) -> np.ndarray:

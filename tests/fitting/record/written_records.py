@@ -201,31 +201,36 @@ def hdf5():
 
 
 def bag(suffix):
-    """Bag of ROS 2: numbers at the times of their logging, and later logged messages with stamps."""
-    from rosbags import rosbag2
+    """Bag of ROS 1 or 2: numbers at the times of their logging, and later logged messages with stamps."""
+    from rosbags import rosbag1, rosbag2
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    store = get_typestore(Stores.ROS2_HUMBLE)
+    ros1 = suffix == ".bag"
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     fields = "".join(f"float64 {n}_{UNITS[n]}\n" for n in ("x", "P_A", "P_B"))
     store.register(get_types_from_msg(f"std_msgs/Header header\n{fields}", "bench/msg/State"))
     kinds = {"/u_V": "std_msgs/msg/Float64", "/state": "bench/msg/State"}
     command, state = (store.types[kind] for kind in kinds.values())
     header, stamp = store.types["std_msgs/msg/Header"], store.types["builtin_interfaces/msg/Time"]
+    number = {"seq": 0} if ros1 else {}
     messages = [(t, "/u_V", command(data=u)) for t, u in zip(*slow("u"), strict=True)]
     for t, *values in zip(TIME, *(truth()[n] for n in ("x", "P_A", "P_B")), strict=True):
         time = stamp(sec=STAMP, nanosec=round(1e9 * t))
-        messages.append((t + 0.01, "/state", state(header(stamp=time, frame_id=""), *values)))
+        messages.append((t + 0.01, "/state", state(header(stamp=time, frame_id="", **number), *values)))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"a{suffix}"
         plugin = rosbag2.StoragePlugin.MCAP if suffix == ".mcap" else rosbag2.StoragePlugin.SQLITE3
-        with rosbag2.Writer(file, version=9, storage_plugin=plugin) as writer:
+        with (
+            rosbag1.Writer(file) if ros1 else rosbag2.Writer(file, version=9, storage_plugin=plugin) as writer
+        ):
             topics = {
                 topic: writer.add_connection(topic, kind, typestore=store) for topic, kind in kinds.items()
             }
+            serialize = store.serialize_ros1 if ros1 else store.serialize_cdr
             for t, topic, message in messages:
-                content = bytes(store.serialize_cdr(message, kinds[topic]))
+                content = bytes(serialize(message, kinds[topic]))
                 writer.write(topics[topic], STAMP * 10**9 + round(1e9 * t), content)
-        return (file / f"a{suffix}{suffix}").read_bytes()
+        return (file if ros1 else file / f"a{suffix}{suffix}").read_bytes()
 
 
 def tdms():
@@ -299,6 +304,7 @@ COMMON = {  # one rate
     "Feather": ("a.feather", lambda: in_memory(lambda f: frame().to_feather(f))),
     "Excel": ("a.xlsx", lambda: in_memory(lambda f: frame().to_excel(f, index=False, engine="openpyxl"))),
 }
+BAGS = (".mcap", ".db3", ".bag")
 RATES = {  # the command more slowly
     "TwinCAT Scope": ("a.csv", scope),
     "Data Inspector": ("a.csv", inspector),
@@ -308,7 +314,7 @@ RATES = {  # the command more slowly
     "MATLAB, time series": ("a.mat", time_series),
     "MATLAB 7, timetables": ("a.mat", lambda: timetables("v7")),
     "MATLAB 7.3, timetables": ("a.mat", lambda: timetables("v7.3")),
-    **{f"ROS, {suffix}": (f"a{suffix}", lambda suffix=suffix: bag(suffix)) for suffix in (".mcap", ".db3")},
+    **{f"ROS, {suffix}": (f"a{suffix}", lambda suffix=suffix: bag(suffix)) for suffix in BAGS},
     "NetCDF": ("a.nc", netcdf),
     "TDMS": ("a.tdms", tdms),
     "MDF": ("a.mf4", mdf),
@@ -317,7 +323,7 @@ TEXTS = (".csv", ".txt", ".exp", ".gz")
 LIBRARIES = {
     **{".parquet": "pyarrow", ".feather": "pyarrow", ".xlsx": "openpyxl", ".h5": "h5py"},
     **{".tdms": "nptdms", ".mf4": "asammdf", ".lvm": "lvm_read", ".mat": "matio"},
-    **dict.fromkeys((".mcap", ".db3"), "rosbags"),
+    **dict.fromkeys(BAGS, "rosbags"),
 }
 
 

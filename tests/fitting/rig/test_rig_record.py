@@ -86,15 +86,15 @@ def test_a_gauge_pressure_is_above_the_rigs_surroundings_and_times_count_from_th
     line = rig({"volume_L": 10, "P_surroundings_bar": 0.04}, "test")  # to a vacuum pump: gauges know no line
     (run,) = read_runs(written(tmp_path, t_s=t, P_A_barg=-np.array(P) / 10), line)
     assert run.P.values[0] == pytest.approx(101325 - 0.5e5)
-    with pytest.raises(InputError, match=r"P_A_bar: down to -5e\+05 Pa absolute: must be positive"):
+    with pytest.raises(InputError, match=r"line 2, column P_A .*: '-5.0': must be positive"):
         read_runs(written(tmp_path, t_s=t, P_A_bar=-np.array(P)), line)
 
 
 @pytest.mark.parametrize(
     ("t", "P", "said"),
     [
-        ([0, 1, 2, 3, 4], [1, 1, np.nan, 1, 1], "no column P_A with at least 5 numbers"),
-        ([0, 1, 2, 2, 3], [1, 1, 1, 1, 1], "t: must be numbers that increase from row to row"),
+        ([0, 1, 2, 3, 4], [1, 1, np.nan, 1, 1], "column P_A: 4 numbers: must be at least 5"),
+        ([0, 1, 2, 2, 3], [1, 1, 1, 1, 1], "line 5, column t: '2.0': time of P_A must increase"),
         ([0, 1, 2, np.nan, 3, 4], [1, 1, 1, 1, 1, 1], "line 5, column t: 'empty': must be a finite number"),
     ],
 )
@@ -116,6 +116,6 @@ def test_a_vessel_behind_a_valve_is_cut_into_its_pulses_with_the_temperature(tmp
     assert run.T.t == pytest.approx(of_gas - begins, abs=1e-9)
     assert run.T.values == pytest.approx(300 + of_gas, abs=1e-9)
     without = written(tmp_path, t_s=T, P_A_bar=1e-5 * pulse(0.1))
-    with pytest.raises(InputError, match=r"no column u: a vessel .* needs it; or --command edges"):
+    with pytest.raises(InputError, match=r"no column u: .*; or --command edges"):
         read_runs(without, rig(FILLED, "test"))
     assert len(read_runs(without, rig(FILLED, "test"), from_edges=True)) == 1
