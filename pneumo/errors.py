@@ -8,14 +8,10 @@ import reprlib
 from collections.abc import Sequence
 
 # Of a disk or of the system's limits, not of a file: full, not writable, failing, gone, too many open files.
-SYSTEM = frozenset(
-    getattr(errno, name)
-    for name in (
-        *("ENOSPC", "EDQUOT", "EROFS", "EACCES", "EPERM"),
-        *("EIO", "ESTALE", "ETIMEDOUT", "EMFILE", "ENFILE", "ENXIO", "ENODEV"),
-    )
-    if hasattr(errno, name)
-)
+SYSTEM = {
+    *(errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO, errno.ESTALE),
+    *(errno.ETIMEDOUT, errno.EMFILE, errno.ENFILE, errno.ENXIO, errno.ENODEV),
+}
 MOST_ROWS = 20  # of a table, named in one message
 _REPR = reprlib.Repr()
 _REPR.maxlevel, _REPR.maxlist, _REPR.maxdict, _REPR.maxstring, _REPR.maxother = 2, 4, 3, 50, 50

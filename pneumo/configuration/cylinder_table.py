@@ -18,7 +18,6 @@ from pneumo.regular_file import regular_file
 if TYPE_CHECKING:
     import pandas as pd
 
-LONGEST_INTEGER = 4000  # digits; Python reads no more than 4300
 OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys that may differ between rows
 
 
@@ -147,10 +146,8 @@ def _parquet(file: Path, named: str) -> "pd.DataFrame":
 
 def _value(text: str) -> int | float | str:
     """Value of a table's cell: a number if it is one, else the text."""
-    if not NUMBER.fullmatch(text):
-        return text
-    whole = text.lstrip("+-").isdecimal() and len(text) < LONGEST_INTEGER
-    return int(text) if whole else float(text)
+    number = float(text) if NUMBER.fullmatch(text) else text
+    return int(number) if isinstance(number, float) and number.is_integer() else number
 
 
 def _add_row(table: CylinderTable, number: int, filled: dict[str, str]) -> None:

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import STANDARD_GRAVITY, Sources, plant_of
 from pneumo.configuration.schema import Configuration, CylinderSection
-from pneumo.configuration.schema_messages import error_line
 from pneumo.errors import error_of_lines
 
 LEAST_MM = 1.0  # bore and stroke; the smallest of catalogues have 2.5 mm
@@ -45,8 +44,7 @@ def implausible(configuration: Configuration) -> Iterator[Implausible]:
         yield Implausible(("supply", "P_atm_Pa"), P_atm, reason)
         return
     c = configuration
-    chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
-    for cylinder, name in {c.experiments[name].cylinder: name for name in chosen}.items():
+    for cylinder, name in {c.experiments[name].cylinder: name for name in c.chosen}.items():
         for path, value, reason in _of_cylinder(c.cylinders[cylinder], plant_of(c, name)):
             yield Implausible(("cylinders", cylinder, *path), value, reason)
             break
@@ -107,17 +105,11 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
 def checked(sources: Sources, *, trust: bool = False) -> Configuration:
     """Validate a configuration, as `Sources.validated`; unless `trust`, also refuse `implausible` values."""
     configuration = sources.validated()
-    if not trust and (lines := [_line(problem, sources) for problem in implausible(configuration)]):
+    found = [] if trust else implausible(configuration)
+    lines = []
+    for path, value, reason in found:
+        about = {"value": value, "condition": reason, "fields": [path], "remedy": f"; {REMEDY}"}
+        lines.append(sources.line({"type": "conflict", "loc": (), "input": value, "ctx": about}))
+    if lines:
         raise error_of_lines(lines if sources.table else lines[:1])
     return configuration
-
-
-def _line(problem: Implausible, sources: Sources) -> str:
-    """Error message for an implausible value, with the file in which it is written."""
-    path, value, reason = problem
-    context = {"value": value, "condition": reason, "fields": [path], "remedy": REMEDY}
-    error, table = {"type": "conflict", "loc": (), "input": value, "ctx": context}, sources.table
-    if table is None:
-        return error_line(error, sources.parts)
-    experiments = sources.content.get("experiments") or ()
-    return error_line(error, [*sources.parts, table.source], lambda path: table.written(path, experiments))

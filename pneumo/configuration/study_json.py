@@ -5,16 +5,10 @@ from collections.abc import Mapping
 from typing import Any, get_args, get_origin, get_type_hints
 
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.sampling import SAMPLINGS, Sampling
 
 
 def plain(value: Any) -> Any:
-    """Convert a value for JSON: named tuples become mappings, other tuples lists; floats and text stay.
-
-    A `Sampling` becomes a mapping of its rule's name, its delay and its time between samples.
-    """
-    if isinstance(value, Sampling):
-        return {"rule": value.rule, "delay": list(value.delay), "every": value.every}
+    """Convert a value for JSON: named tuples become mappings, other tuples lists; floats and text stay."""
     if hasattr(value, "_asdict"):
         return {key: plain(inner) for key, inner in value._asdict().items()}
     if isinstance(value, Mapping):
@@ -24,8 +18,6 @@ def plain(value: Any) -> Any:
 
 def _built(kind: Any, value: Any) -> Any:
     """Convert the result of `plain` back to a value of the type `kind`."""
-    if kind is Sampling:
-        return SAMPLINGS[value["rule"]]._replace(delay=tuple(value["delay"]), every=value["every"])
     if hasattr(kind, "_fields"):
         hints = get_type_hints(kind)
         return kind(**{field: _built(hints[field], value[field]) for field in kind._fields})

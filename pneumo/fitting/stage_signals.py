@@ -134,7 +134,7 @@ def stage_signals(
     h, steps = period / within, within * (len(u) - 1)
     at = (np.arange(steps)[:, None] + NODES) * h  # times of the stages
     held_u = np.broadcast_to(np.repeat(u[:-1], within)[:, None], at.shape)
-    limited = np.clip(held_u if command.held else np.interp(at, t, u), -u_max, u_max)
+    limited = np.clip(held_u if command == HELD else np.interp(at, t, u), -u_max, u_max)
     ends = record_ends(begins, len(x))
     penalty = min(smoothing(x[first : last + 1], period) for first, last in ends)
     motion = np.empty((*at.shape, 2))
