@@ -159,10 +159,10 @@ def _signal(option: str, text: str, columns: tuple[str, ...]) -> "tuple[np.ndarr
     from pneumo.errors import InputError
 
     if text.lower().endswith(".csv"):
-        from pneumo.configuration.signal_file import columns_of, read_column
+        from pneumo.configuration.text_file import read_column, read_csv
 
         file = Path(text)
-        if columns == ("u",) and {"u_A", "u_B"} <= set(columns_of(file, option)):
+        if columns == ("u",) and {"u_A", "u_B"} <= {*read_csv(file.absolute(), option)}:
             columns = ("u_A", "u_B")
         series = [np.array(read_column(file, name, option)) for name in ("t", *columns)]
         times, values = series[0] - series[0][0], np.stack(series[1:], axis=1)

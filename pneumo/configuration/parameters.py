@@ -30,8 +30,8 @@ from pneumo.configuration.schema import (
 )
 from pneumo.configuration.schema_messages import error_line
 from pneumo.configuration.schema_parts import merged
-from pneumo.configuration.signal_file import read_column
-from pneumo.errors import error_of_lines, printable
+from pneumo.configuration.text_file import read_column
+from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, exact_gas, sonic_coefficient
@@ -51,9 +51,7 @@ class Sources(NamedTuple):
         Raises
         ------
         ConfigurationError
-            With one line that names source, field, value and what is allowed.
-        BadRowsError
-            With a line for each wrong row of a table, if there are several.
+            With one line that names source, field, value and what is allowed; for each wrong row of a table.
         """
         content = with_table(self.content, self.table) if self.table else self.content
         try:
@@ -66,7 +64,7 @@ class Sources(NamedTuple):
             for e in found if self.table else found[:1]:  # the first of each row
                 if e["loc"][:1] == found[0]["loc"][:1]:
                     firsts.setdefault(e["loc"][:2], e)
-            raise error_of_lines([*dict.fromkeys(map(self.line, firsts.values()))]) from None
+            raise ConfigurationError(*dict.fromkeys(map(self.line, firsts.values()))) from None
 
     def line(self, error: Any) -> str:
         """Message for an error of pydantic, with the source in which the field is written."""
@@ -345,7 +343,7 @@ def configured_dynamics(configuration: Configuration, cylinder: str) -> ValveDyn
 
 def _experiment(c: Configuration, name: str) -> Experiment:
     e, loop, plant = c.experiments[name], c.loop(name), plant_of(c, name)
-    s = c.cylinders[e.cylinder]
+    s, late = c.cylinders[e.cylinder], loop.lag_s / c.step_s
     return Experiment(
         name=name,
         cylinder=e.cylinder,
@@ -353,7 +351,7 @@ def _experiment(c: Configuration, name: str) -> Experiment:
         drive=_drive(loop, s.stroke_mm),
         excitation=_excitation(c, name, s),
         push=_push(c, name, plant),
-        sampling=Sampling(loop.replays_read, (loop.lag_s / c.step_s,) * 3),
+        sampling=Sampling(loop.replays_read, (late, late, late)),
         h=c.step_s,
         steps=max(1, round(c.duration(name) / c.step_s)),
         pressure_stride=e.pressure_stride,

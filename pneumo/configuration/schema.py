@@ -503,7 +503,7 @@ class Configuration(Section):
                 condition = f"must be one of {listed(self.cylinders)}"
                 raise conflict(experiment.cylinder, condition, ("experiments", name, "cylinder"))
             section = f"{experiment.loop}_loop"
-            if self.loop(name) is None:
+            if getattr(self.cylinders[experiment.cylinder], section) is None:
                 condition = f"needs the section cylinders.{experiment.cylinder}.{section}"
                 where = ("cylinders", experiment.cylinder, section)
                 raise conflict(experiment.loop, condition, ("experiments", name, "loop"), where)

@@ -31,7 +31,7 @@ from pneumo.simulation.replay import replay_one_by_one
 from pneumo.testing import plants
 
 EPS = np.finfo(float).eps
-TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Sampling, Lane)
+TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Lane)
 HEADER = Path(core.__file__).with_name("maths.h").read_text(encoding="utf-8")
 
 
