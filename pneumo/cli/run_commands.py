@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
-from pneumo.cli.options import Conductance, Cylinder, Trust, output_to
+from pneumo.cli.options import Conductance, Cylinder, Trust, configured_rig, output_to, read_configuration
 
 if TYPE_CHECKING:
     import numpy as np
@@ -60,12 +60,10 @@ def simulate(
     import numpy as np
 
     from pneumo import runs
-    from pneumo.cli.options import read_configuration
-    from pneumo.configuration.parameters import configured_dynamics, study
+    from pneumo.configuration.parameters import study
     from pneumo.configuration.uncertain import conversion_notes
     from pneumo.errors import InputError
     from pneumo.physics.valve_dynamics import PROPORTIONAL
-    from pneumo.selection.plants import configured_plant
     from pneumo.storage.files import check_output
 
     if command is not None and reference is not None:
@@ -75,10 +73,8 @@ def simulate(
     if output is not None:
         check_output(output.absolute().parent)
     configuration = read_configuration(files, trust)
-    configured = study(configuration)
-    plant = configured_plant(configured, cylinder, k_0)
-    name = cylinder or next(iter(configured.experiments.values())).cylinder
-    if configured_dynamics(configuration, name) != PROPORTIONAL:
+    name, plant, dynamics = configured_rig(configuration, cylinder, k_0)
+    if dynamics != PROPORTIONAL:
         typer.echo("note: valve_dynamics is for exports; in runs the valve follows at once", err=True)
     for note in conversion_notes(configuration):
         typer.echo(f"note: {note}", err=True)
@@ -101,7 +97,7 @@ def simulate(
     run = runs.simulate(plant, step, start=_start(plant, start), **signals)
     typer.echo(run)
     if output is not None:
-        _write(run, output, configured.config_sha256)
+        _write(run, output, study(configuration).config_sha256)
 
 
 def live(
