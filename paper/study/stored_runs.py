@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Experiment, Study
-from pneumo.configuration.study_json import from_json
+from pneumo.configuration.experiment import Experiment, Study, from_json
 from pneumo.errors import ResultError
 from pneumo.regular_file import regular_file
 from pneumo.simulation.full_order import RUN_STATUS, STATE, Recording, failure

@@ -107,9 +107,6 @@ def study(
     folder = output or Path("-".join(["study", *(file.stem for file in files)]))
     context.with_resource(output_folder(folder))
     check_folder(folder)
-    for name in {e.cylinder: None for e in chosen.experiments.values()}:
-        if configuration.cylinders[name].valve_dynamics:
-            typer.echo(f"note: {name}: valve_dynamics is for exports; in runs it follows at once", err=True)
     for note in conversion_notes(configuration):
         typer.echo(f"note: {note}", err=True)
     with Progress(console=Console(stderr=True), transient=True) as bar:

@@ -63,7 +63,6 @@ def simulate(
     from pneumo.configuration.parameters import study
     from pneumo.configuration.uncertain import conversion_notes
     from pneumo.errors import InputError
-    from pneumo.physics.valve_dynamics import PROPORTIONAL
     from pneumo.storage.files import check_output
 
     if command is not None and reference is not None:
@@ -73,9 +72,7 @@ def simulate(
     if output is not None:
         check_output(output.absolute().parent)
     configuration = read_configuration(files, trust)
-    name, plant, dynamics = configured_rig(configuration, cylinder, k_0)
-    if dynamics != PROPORTIONAL:
-        typer.echo("note: valve_dynamics is for exports; in runs the valve follows at once", err=True)
+    name, plant, _ = configured_rig(configuration, cylinder, k_0)
     for note in conversion_notes(configuration):
         typer.echo(f"note: {note}", err=True)
     option, text = (

@@ -1,8 +1,9 @@
-"""One experiment (plant, drive, signal, length) and a study of several, in SI units."""
+"""One experiment (plant, drive, signal, length) and a study of several, in SI units and as JSON."""
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
 from math import isclose
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Cylinder
@@ -126,3 +127,24 @@ class Study(NamedTuple):
             ]
             for level, of in self.levels.items()
         }
+
+
+def plain(value: Any) -> Any:
+    """Convert a value for JSON: named tuples become mappings, other tuples lists; floats and text stay."""
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {key: plain(inner) for key, inner in value.items()}
+    return [plain(inner) for inner in value] if isinstance(value, tuple) else value
+
+
+def to_json(study: Study) -> str:
+    """Return a study as JSON text, the file that every job of the workflow reads."""
+    return json.dumps(plain(study), indent=1, allow_nan=False) + "\n"
+
+
+def from_json(text: str | bytes) -> Study:
+    """Return the study that `to_json` wrote; every float comes back exactly. ValueError if it is none."""
+    from pydantic import TypeAdapter  # a tenth of a second
+
+    return TypeAdapter(Study).validate_python(json.loads(text))

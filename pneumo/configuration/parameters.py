@@ -48,10 +48,8 @@ class Sources(NamedTuple):
     def validated(self) -> Configuration:
         """Validate the configuration, with every experiment on each row of the table.
 
-        Raises
-        ------
-        ConfigurationError
-            With one line that names source, field, value and what is allowed; for each wrong row of a table.
+        The line of a `ConfigurationError` names source, field, value and what is allowed; each wrong row of a
+        table has one.
         """
         content = with_table(self.content, self.table) if self.table else self.content
         try:
@@ -282,8 +280,9 @@ def _k_0(section: ExperimentSection, cylinder: Cylinder) -> float:
 
 
 def _excitation(c: Configuration, name: str, s: CylinderSection) -> Excitation:
-    signal, h = c.experiments[name].signal, c.step_s
-    plain = Excitation(s.seed, c.loop(name).amplitude, max(1, round(s.sample_time_s / h)))
+    signal, h, loop = c.experiments[name].signal, c.step_s, c.loop(name)
+    amplitude = loop.amplitude if isinstance(loop, ClosedLoopSection) else loop.amplitude_V
+    plain = Excitation(s.seed, amplitude, max(1, round(s.sample_time_s / h)))
     if signal is None:
         return plain
     if signal.from_Hz and signal.to_Hz:

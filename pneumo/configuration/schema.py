@@ -26,7 +26,7 @@ from pneumo.configuration.schema_parts import (
     key_of,
     listed,
 )
-from pneumo.physics.gases import GASES
+from pneumo.physics.valve import GASES
 
 MOST_PERCENT = 50.0  # of an accuracy
 Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
@@ -111,11 +111,6 @@ class OpenLoopSection(LoopSection):
     reversal_recorded_late: Number = key_of(
         "samples by which a reversal is late in the command that replays read", 0.0, ge=0, le=1
     )
-
-    @property
-    def amplitude(self) -> float:
-        """Magnitude of the command, V."""
-        return self.amplitude_V
 
 
 class ClosedLoopSection(LoopSection):

@@ -60,12 +60,13 @@ def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
     """
     cells = read_csv(file.absolute(), f"{where}.file = {printable(repr(str(file)), 200)}")
     cells = cells[(cells != "").any(axis="columns")]
-    problem = f"{file} has no rows below the names of its columns" if cells.empty else ""
     if column not in cells:
         problem = f"{file} has the columns {', '.join(cells.columns) or '(none)'}"
     elif cells.columns.tolist().count(column) > 1:
         problem = f"{file} has two columns of that name"
-    if not problem:
+    elif cells.empty:
+        problem = f"{file} has no rows below the names of its columns"
+    else:
         texts: Any = cells[column]
         numbers = texts.where(texts.str.fullmatch(NUMBER), "nan").astype(float)
         wrong = ~np.isfinite(numbers)

@@ -178,9 +178,14 @@ def _slope_of_flow(section: CylinderSection) -> float:
 
 
 def conversion_notes(configuration: Configuration) -> list[str]:
-    """Sentences on the figures of valves that were converted, with rule and accuracy, and on a missing b."""
+    """Sentences on the figures of valves that were converted, with rule and accuracy, and on what is assumed.
+
+    Assumed are a missing b, and runs without the configured `valve_dynamics`.
+    """
     notes = []
     for name, section in configuration.cylinders.items():
+        if section.valve_dynamics:
+            notes.append(f"{name}: valve_dynamics is for exports; in runs the valve follows at once")
         if section.valve is None:
             continue
         key, value = section.valve.flow_as_given

@@ -20,8 +20,7 @@ from typing import Any
 import xarray as xr
 from netCDF4 import Dataset
 
-from pneumo.configuration.experiment import Experiment
-from pneumo.configuration.study_json import plain
+from pneumo.configuration.experiment import Experiment, plain
 from pneumo.errors import SYSTEM, InputError, ResultError, printable
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.regular_file import LARGEST_RESULT, lock, named, regular_file

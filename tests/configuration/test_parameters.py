@@ -13,11 +13,10 @@ from paper_study import STUDY
 
 from pneumo import testing as some
 from pneumo.configuration import schema_readme
-from pneumo.configuration.experiment import Excitation
+from pneumo.configuration.experiment import Excitation, from_json, to_json
 from pneumo.configuration.parameters import accuracy, load, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema_parts import merged
-from pneumo.configuration.study_json import from_json, to_json
 from pneumo.configuration.uncertain import conversion_notes, uncertainties
 from pneumo.errors import ConfigurationError
 from pneumo.physics.cylinder import heat_area
