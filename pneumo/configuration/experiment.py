@@ -141,10 +141,3 @@ def plain(value: Any) -> Any:
 def to_json(study: Study) -> str:
     """Return a study as JSON text, the file that every job of the workflow reads."""
     return json.dumps(plain(study), indent=1, allow_nan=False) + "\n"
-
-
-def from_json(text: str | bytes) -> Study:
-    """Return the study that `to_json` wrote; every float comes back exactly. ValueError if it is none."""
-    from pydantic import TypeAdapter  # a tenth of a second
-
-    return TypeAdapter(Study).validate_python(json.loads(text))

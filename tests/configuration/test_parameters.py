@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from paper_study import STUDY
 
+from paper.study.stored_runs import from_json
 from pneumo import testing as some
 from pneumo.configuration import schema_readme
-from pneumo.configuration.experiment import Excitation, from_json, to_json
+from pneumo.configuration.experiment import Excitation, to_json
 from pneumo.configuration.parameters import accuracy, load, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema_parts import merged
