@@ -17,7 +17,7 @@ def test_dir_shows_the_public_names_and_each_is_there():
     assert all(getattr(pneumo, name) is not None for name in pneumo.__all__)
     assert inspect.isfunction(pneumo.simulate)
     with pytest.raises(AttributeError, match="module 'pneumo' has no attribute 'simulat'"):
-        _ = pneumo.simulat  # pyright: ignore[reportAttributeAccessIssue]
+        _ = pneumo.simulat
     assert pneumo.__version__ == version("pneumo")
 
 
