@@ -5,17 +5,12 @@ The command line and the jobs of the workflow turn each into one line on standar
 
 import errno
 import reprlib
-from collections.abc import Sequence
 
 # Of a disk or of the system's limits, not of a file: full, not writable, failing, gone, too many open files.
-SYSTEM = frozenset(
-    getattr(errno, name)
-    for name in (
-        *("ENOSPC", "EDQUOT", "EROFS", "EACCES", "EPERM"),
-        *("EIO", "ESTALE", "ETIMEDOUT", "EMFILE", "ENFILE", "ENXIO", "ENODEV"),
-    )
-    if hasattr(errno, name)
-)
+SYSTEM = {
+    *(errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO, errno.ESTALE),
+    *(errno.ETIMEDOUT, errno.EMFILE, errno.ENFILE, errno.ENXIO, errno.ENODEV),
+}
 MOST_ROWS = 20  # of a table, named in one message
 _REPR = reprlib.Repr()
 _REPR.maxlevel, _REPR.maxlist, _REPR.maxdict, _REPR.maxstring, _REPR.maxother = 2, 4, 3, 50, 50
@@ -26,20 +21,11 @@ class PneumoError(Exception):
 
 
 class ConfigurationError(PneumoError, ValueError):
-    """Invalid configuration."""
+    """Invalid configuration: a line, or one for each of the first `MOST_ROWS` wrong rows of a table."""
 
-
-class BadRowsError(ConfigurationError):
-    """Several wrong rows of a table: a line for each of the first `MOST_ROWS`, then how many more."""
-
-    def __init__(self, rows: Sequence[str]) -> None:
-        more = [f"and {len(rows) - MOST_ROWS} more rows"] if len(rows) > MOST_ROWS else []
-        super().__init__("\n".join([*rows[:MOST_ROWS], *more]))
-
-
-def error_of_lines(lines: Sequence[str]) -> ConfigurationError:
-    """Error with one line, or with several of a table."""
-    return ConfigurationError(lines[0]) if len(lines) == 1 else BadRowsError(lines)
+    def __str__(self) -> str:
+        more = [f"and {len(self.args) - MOST_ROWS} more rows"] if len(self.args) > MOST_ROWS else []
+        return "\n".join([*self.args[:MOST_ROWS], *more])
 
 
 class InputError(PneumoError, ValueError):
@@ -69,12 +55,13 @@ def shown(value: object) -> str:
 
 
 def as_lines(error: Exception | str) -> str:
-    """Return the line for the user; for `BadRowsError` several.
+    """Return the line for the user; several for wrong rows of a table.
 
     Examples
     --------
     >>> as_lines(InputError("n = 0: must be  positive"))
     'pneumo: n = 0: must be positive'
     """
-    lines = str(error).splitlines() if isinstance(error, BadRowsError) else [str(error)]
+    rows = isinstance(error, ConfigurationError) and len(error.args) > 1
+    lines = str(error).splitlines() if rows else [str(error)]
     return "\n".join(f"pneumo: {printable(' '.join(line.split()), 1000)}" for line in lines)

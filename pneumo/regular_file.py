@@ -12,17 +12,13 @@ LARGEST_RESULT = 50_000_000_000  # bytes; the study's largest has 92 million
 NOT_WAITING = getattr(os, "O_NONBLOCK", 0)  # for the writer of a named pipe
 
 
-def _opened(path: str, flags: int) -> int:
-    return os.open(path, flags | NOT_WAITING)
-
-
 @contextmanager
 def regular_file(path: Path, largest: int) -> Generator[BinaryIO]:
     """Open a file to read it; OSError unless it is a regular file of at most `largest` bytes.
 
     Errors while reading name the file too; those of the operating system do not.
     """
-    with open(path, "rb", opener=_opened) as stream:
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | NOT_WAITING)) as stream:
         status = os.fstat(stream.fileno())
         if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "not a regular file", str(path))

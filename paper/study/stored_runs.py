@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from pydantic import TypeAdapter
 
 from pneumo.configuration.experiment import Experiment, Study
-from pneumo.configuration.study_json import from_json
 from pneumo.errors import ResultError
 from pneumo.regular_file import regular_file
 from pneumo.simulation.full_order import RUN_STATUS, STATE, Recording, failure
@@ -19,12 +19,17 @@ from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
 LARGEST_JSON = 100_000_000  # bytes
 
 
+def from_json(text: str | bytes) -> Study:
+    """Return the study that `to_json` wrote; every float comes back exactly. ValueError if it is none."""
+    return TypeAdapter(Study).validate_python(json.loads(text))
+
+
 def read_study(parameters: Path | str) -> Study:
     """Read a study from its ``parameters.json``; `ResultError` if the file does not hold a study."""
     text = _text(parameters)
     try:
         return from_json(text)
-    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+    except (ValueError, RecursionError):
         raise ResultError(f"{parameters}: does not hold a study; delete it and rerun") from None
 
 

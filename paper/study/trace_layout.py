@@ -202,7 +202,9 @@ def write_replays(study: Study, name: str, recording: Recording, outputs: Mappin
             e,
             comment=same_at_every_n(),
             transport=transport,
-            samples="none: every stage" if sampling.exact else f"{sampling.rule} {sampling.delay[0] * e.h}",
+            samples="none: every stage"
+            if sampling.rule == "exact"
+            else f"{sampling.rule} {sampling.delay[0] * e.h}",
         )
         write(replay_dataset(e, study.n, index, cells), output, about)
         about = attributes(

@@ -12,9 +12,8 @@ from typer import Option
 
 from pneumo.cli import INTERRUPTED
 from pneumo.cli.cylinder_commands import check, init, study
-from pneumo.cli.fit_commands import fit, show
+from pneumo.cli.fit_commands import fit, rig, show
 from pneumo.cli.model_commands import export, linearise, models
-from pneumo.cli.rig_commands import rig
 from pneumo.cli.run_commands import live, simulate
 
 app = typer.Typer(

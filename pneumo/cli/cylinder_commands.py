@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from typer import Argument, Option
 
-from pneumo.cli.options import Threads, Trust, configured_study, output_to, read_configuration
+from pneumo.cli.options import Threads, Trust, output_to, read_configuration
 
 
 def init(
@@ -39,7 +39,7 @@ def init(
             f"{file}, {rows}: written; edit them, then, in a checkout: snakemake -j2 --configfile {file}"
         )
     if source:
-        configured_study([source], trust)
+        read_configuration([source], trust)
     write_template(file, source or TEMPLATE)
     return typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
 
@@ -107,9 +107,6 @@ def study(
     folder = output or Path("-".join(["study", *(file.stem for file in files)]))
     context.with_resource(output_folder(folder))
     check_folder(folder)
-    for name in {e.cylinder: None for e in chosen.experiments.values()}:
-        if configuration.cylinders[name].valve_dynamics:
-            typer.echo(f"note: {name}: valve_dynamics is for exports; in runs it follows at once", err=True)
     for note in conversion_notes(configuration):
         typer.echo(f"note: {note}", err=True)
     with Progress(console=Console(stderr=True), transient=True) as bar:

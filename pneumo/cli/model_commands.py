@@ -20,6 +20,7 @@ from pneumo.cli.options import (
     check_index,
     configured_rig,
     output_to,
+    read_configuration,
 )
 
 LEAST_PRESSURE = 0.1  # of the atmosphere, at an operating point
@@ -59,7 +60,7 @@ def linearise(
     from pneumo.linear.linear_model import linearise as linear_model
 
     check_index(model, n)
-    plant, dynamics = configured_rig(config, cylinder, k0, trust)
+    _, plant, dynamics = configured_rig(read_configuration(config, trust), cylinder, k0)
     names = system(model, n, plant, piston=states == "actuator", dynamics=dynamics)
     least, most = plant.conditions.P_atm, plant.conditions.P_s
     for name, P in (("P_A", P_A), ("P_B", P_B)):
@@ -73,23 +74,11 @@ def linearise(
             )
     if dynamics.dead_time:
         typer.echo(f"note: the valve's dead time, {1e3 * dynamics.dead_time:.4g} ms, is left out", err=True)
-    linear = linear_model(
-        model,
-        n,
-        plant,
-        u=u,
-        P_A=P_A,
-        P_B=P_B,
-        x=x,
-        v=v,
-        T_A=T_A,
-        T_B=T_B,
-        states=states,
-        dynamics=dynamics,
-    )
+    point = {"u": u, "x": x, "v": v, "P_A": P_A, "P_B": P_B}
+    linear = linear_model(model, n, plant, **point, T_A=T_A, T_B=T_B, states=states, dynamics=dynamics)
     T_0 = plant.conditions.T_0
-    point = {"u": u, "x": x, "v": v, "P_A": P_A, "P_B": P_B, "opening": u, "force": 0.0}
     point |= {"T_A": T_0 if T_A is None else T_A, "T_B": T_0 if T_B is None else T_B}
+    point |= {"opening": u, "force": 0.0}
     at = rates(names, *([point[name] for name in group] for group in (names.states, names.inputs)))
     moving = [
         f"d{name}/dt = {rate:.3g} Pa/s"
@@ -152,7 +141,7 @@ def export(
     if suffix and (to in ("c", "st", "fmu") if output is None else output.suffix != suffix):
         raise InputError(f"--to {to}: needs --output FILE{suffix}")
     check_index(model, n)
-    plant, dynamics = configured_rig(config, cylinder, k0, trust)
+    _, plant, dynamics = configured_rig(read_configuration(config, trust), cylinder, k0)
     files = exported(
         model,
         n,

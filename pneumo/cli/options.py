@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 if TYPE_CHECKING:
-    from pneumo.configuration.experiment import Plant, Study
+    from pneumo.configuration.experiment import Plant
     from pneumo.configuration.schema import Configuration
     from pneumo.physics.valve_dynamics import ValveDynamics
 
@@ -81,22 +81,14 @@ def read_configuration(files: list[Path] | None, trust: bool = False) -> "Config
     return checked(read_sources(*(files or [PAPER])), trust=trust)
 
 
-def configured_study(files: list[Path] | None, trust: bool = False) -> "Study":
-    """Return the study of `read_configuration` in SI units."""
-    from pneumo.configuration.parameters import study
-
-    return study(read_configuration(files, trust))
-
-
 def configured_rig(
-    files: list[Path] | None, cylinder: str | None, k_0: float | None, trust: bool = False
-) -> "tuple[Plant, ValveDynamics]":
-    """Plant of a configured cylinder, by default of the only one, and the dynamics of its valve."""
+    configuration: "Configuration", cylinder: str | None, k_0: float | None
+) -> "tuple[str, Plant, ValveDynamics]":
+    """Name and plant of a configured cylinder, by default of the only one, and the dynamics of its valve."""
     from pneumo.configuration.parameters import configured_dynamics, study
     from pneumo.selection.plants import configured_plant
 
-    configuration = read_configuration(files, trust)
     configured = study(configuration)
     plant = configured_plant(configured, cylinder, k_0)
-    named = cylinder or next(iter(configured.experiments.values())).cylinder
-    return plant, configured_dynamics(configuration, named)
+    name = cylinder or next(iter(configured.experiments.values())).cylinder
+    return name, plant, configured_dynamics(configuration, name)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
-from pneumo.cli.options import Conductance, Cylinder, Trust, output_to
+from pneumo.cli.options import Conductance, Cylinder, Trust, configured_rig, output_to, read_configuration
 
 if TYPE_CHECKING:
     import numpy as np
@@ -60,12 +60,9 @@ def simulate(
     import numpy as np
 
     from pneumo import runs
-    from pneumo.cli.options import read_configuration
-    from pneumo.configuration.parameters import configured_dynamics, study
+    from pneumo.configuration.parameters import study
     from pneumo.configuration.uncertain import conversion_notes
     from pneumo.errors import InputError
-    from pneumo.physics.valve_dynamics import PROPORTIONAL
-    from pneumo.selection.plants import configured_plant
     from pneumo.storage.files import check_output
 
     if command is not None and reference is not None:
@@ -75,11 +72,7 @@ def simulate(
     if output is not None:
         check_output(output.absolute().parent)
     configuration = read_configuration(files, trust)
-    configured = study(configuration)
-    plant = configured_plant(configured, cylinder, k_0)
-    name = cylinder or next(iter(configured.experiments.values())).cylinder
-    if configured_dynamics(configuration, name) != PROPORTIONAL:
-        typer.echo("note: valve_dynamics is for exports; in runs the valve follows at once", err=True)
+    name, plant, _ = configured_rig(configuration, cylinder, k_0)
     for note in conversion_notes(configuration):
         typer.echo(f"note: {note}", err=True)
     option, text = (
@@ -101,7 +94,7 @@ def simulate(
     run = runs.simulate(plant, step, start=_start(plant, start), **signals)
     typer.echo(run)
     if output is not None:
-        _write(run, output, configured.config_sha256)
+        _write(run, output, study(configuration).config_sha256)
 
 
 def live(
@@ -159,10 +152,10 @@ def _signal(option: str, text: str, columns: tuple[str, ...]) -> "tuple[np.ndarr
     from pneumo.errors import InputError
 
     if text.lower().endswith(".csv"):
-        from pneumo.configuration.signal_file import columns_of, read_column
+        from pneumo.configuration.text_file import read_column, read_csv
 
         file = Path(text)
-        if columns == ("u",) and {"u_A", "u_B"} <= set(columns_of(file, option)):
+        if columns == ("u",) and {"u_A", "u_B"} <= {*read_csv(file.absolute(), option)}:
             columns = ("u_A", "u_B")
         series = [np.array(read_column(file, name, option)) for name in ("t", *columns)]
         times, values = series[0] - series[0][0], np.stack(series[1:], axis=1)

@@ -17,7 +17,6 @@ KV_PER_CV = 0.865  # (m^3/h) / (US gallon a minute), each per root of its unit o
 class Conversion(NamedTuple):
     """How one key of a valve gives its sonic conductance."""
 
-    unit: str
     to_C: float  #: dm^3/(s bar) of one unit; for a nominal flow, l/min at 20 degC and 1 bar of one unit
     nominal: bool  #: whether the figure is a flow from 7 to 6 bar, which is converted with b
     within: float  #: accuracy of the rule, relative
@@ -25,26 +24,20 @@ class Conversion(NamedTuple):
 
 
 CONVERSIONS = {
-    "C_dm3_per_sbar": Conversion("dm3/(s bar)", 1.0, False, 0.0, "ISO 6358"),
+    "C_dm3_per_sbar": Conversion(1.0, False, 0.0, "ISO 6358"),
     "Q_n_l_per_min": Conversion(
-        "l/min", 1.0, True, 0.0, "from 7 to 6 bar by ISO 6358, litres at 20 degC and 1 bar (ANR)"
+        1.0, True, 0.0, "from 7 to 6 bar by ISO 6358, litres at 20 degC and 1 bar (ANR)"
     ),
     "Q_nN_l_per_min": Conversion(
-        "Nl/min",
-        NORMAL,
-        True,
-        0.0,
-        "from 7 to 6 bar by ISO 6358, litres at 0 degC and 1.01325 bar (DIN 1343)",
+        NORMAL, True, 0.0, "from 7 to 6 bar by ISO 6358, litres at 0 degC and 1.01325 bar (DIN 1343)"
     ),
-    "C_m3_per_sPa": Conversion("m3/(s Pa)", 1e8, False, 0.0, "ISO 6358"),
-    "C_l_per_minbar": Conversion(
-        "l/(min bar)", 1 / SECONDS, False, 0.0, "ISO 6358, litres as in ISO 8778 (ANR)"
-    ),
-    "S_mm2": Conversion("mm2", 1 / 5.0, False, 0.05, "C = S / 5; an ideal nozzle has S / 5.02"),
+    "C_m3_per_sPa": Conversion(1e8, False, 0.0, "ISO 6358"),
+    "C_l_per_minbar": Conversion(1 / SECONDS, False, 0.0, "ISO 6358, litres as in ISO 8778 (ANR)"),
+    "S_mm2": Conversion(1 / 5.0, False, 0.05, "C = S / 5; an ideal nozzle has S / 5.02"),
     "Cv": Conversion(
-        "", Q_N_PER_CV, True, 0.15, "NFPA's gas formula, 984 l/min at 1 atm from 7 to 6 bar for Cv = 1"
+        Q_N_PER_CV, True, 0.15, "NFPA's gas formula, 984 l/min at 1 atm from 7 to 6 bar for Cv = 1"
     ),
-    "Kv_m3_per_h": Conversion("m3/h", Q_N_PER_CV / KV_PER_CV, True, 0.15, "Cv = Kv / 0.865, then as Cv"),
+    "Kv_m3_per_h": Conversion(Q_N_PER_CV / KV_PER_CV, True, 0.15, "Cv = Kv / 0.865, then as Cv"),
 }
 
 

@@ -18,7 +18,6 @@ from pneumo.regular_file import regular_file
 if TYPE_CHECKING:
     import pandas as pd
 
-LONGEST_INTEGER = 4000  # digits; Python reads no more than 4300
 OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys that may differ between rows
 
 
@@ -38,15 +37,13 @@ class CylinderTable(NamedTuple):
     """Rows of a table, as sections of a configuration."""
 
     file: str  # name in messages
-    cylinders: dict[str, dict[str, Any]]  # sections by name
-    of_experiments: dict[str, dict[str, Any]]  # `OF_EXPERIMENTS` that a row sets, by name
+    cylinders: dict[str, dict[str, Any]]  # sections by name, and the `OF_EXPERIMENTS` that their rows set
     rows: dict[str, int]  # number by name, as in a spreadsheet: row 1 has the columns' names
 
     @property
     def source(self) -> tuple[str, dict[str, Any]]:
         """Name of the table's file, and its rows as sections of a configuration, for error messages."""
-        sections = {name: section | self.of_experiments[name] for name, section in self.cylinders.items()}
-        return self.file, {"cylinders": sections}
+        return self.file, {"cylinders": self.cylinders}
 
     def written(self, path: tuple[Any, ...], experiments: Iterable[str]) -> tuple[tuple[Any, ...], str]:
         """Find where the user wrote a field of the configuration that `with_table` made.
@@ -56,7 +53,11 @@ class CylinderTable(NamedTuple):
         """
         if path[:1] == ("experiments",) and len(path) > 1:
             made = {experiment_name(c, e): (c, e) for e in experiments for c in self.rows}
-            if (pair := made.get(path[1])) and path[2:3] and path[2] in self.of_experiments[pair[0]]:
+            if (
+                (pair := made.get(path[1]))
+                and path[2:3]
+                and path[2] in _of_experiments(self.cylinders[pair[0]])
+            ):
                 path = ("cylinders", pair[0], path[2])
             elif pair:
                 path = ("experiments", pair[1], *path[2:])
@@ -70,6 +71,10 @@ def experiment_name(cylinder: str, experiment: str) -> str:
     return f"{cylinder}-{experiment}"
 
 
+def _of_experiments(row: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: row[key] for key in OF_EXPERIMENTS if key in row}
+
+
 def with_table(
     content: Mapping[str, Any], table: CylinderTable, names: Iterable[str] | None = None
 ) -> dict[str, Any]:
@@ -77,8 +82,9 @@ def with_table(
 
     `ConfigurationError` if an experiment names a cylinder itself, or two experiments would get one name.
     """
-    cylinders = {name: table.cylinders[name] for name in names or table.cylinders}
-    result = {**content, "cylinders": cylinders}
+    rows = {name: table.cylinders[name] for name in names or table.cylinders}
+    sections = {name: {k: v for k, v in row.items() if k not in OF_EXPERIMENTS} for name, row in rows.items()}
+    result = {**content, "cylinders": sections}
     templates, run = content.get("experiments"), content.get("run")
     if not isinstance(templates, Mapping) or not all(isinstance(e, Mapping) for e in templates.values()):
         return result  # the schema says what is wrong
@@ -88,14 +94,14 @@ def with_table(
             problem = "not allowed with a table of cylinders, where every experiment runs on every row"
             field = f"experiments.{printable(name)}.cylinder = {shown(template['cylinder'])}"
             raise ConfigurationError(f"{field}: {problem}")
-        for cylinder in cylinders:
+        for cylinder, row in rows.items():
             full = experiment_name(cylinder, name)
             if full in experiments:
                 raise ConfigurationError(f"{table.file}: two experiments would have the name {full}")
-            experiments[full] = merged(template, {"cylinder": cylinder, **table.of_experiments[cylinder]})
+            experiments[full] = merged(template, {"cylinder": cylinder, **_of_experiments(row)})
     result["experiments"] = experiments
     if isinstance(run, Mapping) and isinstance(run.get("experiments"), list):
-        chosen = [experiment_name(cylinder, name) for cylinder in cylinders for name in run["experiments"]]
+        chosen = [experiment_name(cylinder, name) for cylinder in rows for name in run["experiments"]]
         result["run"] = {**run, "experiments": chosen}
     return result
 
@@ -105,11 +111,7 @@ def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
 
     CSV has commas, semicolons or tabs between columns and points in numbers. Values of a file named
     ``*.parquet`` are converted to text. An empty or null cell leaves its key out; an empty row is skipped.
-
-    Raises
-    ------
-    ConfigurationError
-        With one line that names the file, and row and column where one is wrong.
+    The line of a `ConfigurationError` names the file, and row and column where one is wrong.
     """
     where, named = printable(str(file), 300), f"{named_in}: cylinders = {shown(value)}"
     cells = _parquet(file, named) if file.suffix.lower() == ".parquet" else read_csv(file, named)
@@ -122,7 +124,7 @@ def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
         raise ConfigurationError(f"{where}: row 1, column {column}: appears twice")
     if "name" not in cells:
         raise ConfigurationError(f"{where}: row 1: no column name with the names of the cylinders")
-    table = CylinderTable(where, {}, {}, {})
+    table = CylinderTable(where, {}, {})
     for number, row in enumerate(cells.to_dict("records"), start=2):
         if filled := {str(column): cell for column, cell in row.items() if cell}:
             _add_row(table, number, filled)
@@ -147,10 +149,8 @@ def _parquet(file: Path, named: str) -> "pd.DataFrame":
 
 def _value(text: str) -> int | float | str:
     """Value of a table's cell: a number if it is one, else the text."""
-    if not NUMBER.fullmatch(text):
-        return text
-    whole = text.lstrip("+-").isdecimal() and len(text) < LONGEST_INTEGER
-    return int(text) if whole else float(text)
+    number = float(text) if NUMBER.fullmatch(text) else text
+    return int(number) if isinstance(number, float) and number.is_integer() else number
 
 
 def _add_row(table: CylinderTable, number: int, filled: dict[str, str]) -> None:
@@ -167,5 +167,4 @@ def _add_row(table: CylinderTable, number: int, filled: dict[str, str]) -> None:
             inner = inner.setdefault(parent, {})
         inner[key] = _value(cell)
     table.rows[name] = number
-    table.of_experiments[name] = {key: section.pop(key) for key in OF_EXPERIMENTS if key in section}
     table.cylinders[name] = section

@@ -1,8 +1,9 @@
-"""One experiment (plant, drive, signal, length) and a study of several, in SI units."""
+"""One experiment (plant, drive, signal, length) and a study of several, in SI units and as JSON."""
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
 from math import isclose
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Cylinder
@@ -100,11 +101,6 @@ class Experiment(NamedTuple):
         return self._replace(excitation=self.excitation._replace(seed=seed))
 
 
-def _as_printed(k_0: float, printed: float) -> bool:
-    """Whether k_0 is within 0.2 per cent of a printed value; k_0 from lambda_0 in Table 4 is within 0.1."""
-    return isclose(k_0, printed, rel_tol=0.002)
-
-
 class Study(NamedTuple):
     """A set of experiments and the grid of models replayed on them."""
 
@@ -123,9 +119,25 @@ class Study(NamedTuple):
     @property
     def experiments_by_level(self) -> dict[str, list[str]]:
         """Names of the experiments of each level of wall heat: those whose k_0 is one of the level's."""
+        conductances = {name: e.plant.k_0 for name, e in self.experiments.items()}
+        # To 0.2 %, since k_0 from lambda_0 in Table 4 is within 0.1 % of the printed one.
         return {
             level: [
-                name for name, e in self.experiments.items() if any(_as_printed(e.plant.k_0, k) for k in k_0)
+                name for name, k_0 in conductances.items() if any(isclose(k_0, k, rel_tol=0.002) for k in of)
             ]
-            for level, k_0 in self.levels.items()
+            for level, of in self.levels.items()
         }
+
+
+def plain(value: Any) -> Any:
+    """Convert a value for JSON: named tuples become mappings, other tuples lists; floats and text stay."""
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {key: plain(inner) for key, inner in value.items()}
+    return [plain(inner) for inner in value] if isinstance(value, tuple) else value
+
+
+def to_json(study: Study) -> str:
+    """Return a study as JSON text, the file that every job of the workflow reads."""
+    return json.dumps(plain(study), indent=1, allow_nan=False) + "\n"

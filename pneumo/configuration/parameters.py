@@ -8,7 +8,7 @@ import json
 from collections.abc import Mapping, Sequence
 from math import pi, radians, sin
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -17,72 +17,69 @@ from pneumo.catalogue import default_conductance
 from pneumo.configuration.cylinder_table import CylinderTable, read_table, with_table
 from pneumo.configuration.experiment import Drive, Excitation, Experiment, Plant, Push, Study
 from pneumo.configuration.plain_yaml import read_yaml
-from pneumo.configuration.sampling import SAMPLINGS
+from pneumo.configuration.sampling import Sampling
 from pneumo.configuration.schema import (
+    ClosedLoopSection,
     Configuration,
     CylinderSection,
     ExperimentSection,
     GasSection,
+    OpenLoopSection,
+    ValveDynamicsSection,
     ValveSection,
 )
-from pneumo.configuration.schema_messages import Written, error_line
+from pneumo.configuration.schema_messages import error_line
 from pneumo.configuration.schema_parts import merged
-from pneumo.configuration.signal_file import read_column
-from pneumo.errors import error_of_lines, printable
+from pneumo.configuration.text_file import read_column
+from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, exact_gas, sonic_coefficient
-from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
-
-
-def validated(
-    content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]], *written: Written
-) -> Configuration:
-    """Validate a merged configuration.
-
-    `sources` (name and content of each file, later ones override earlier ones) and `written` (a function that
-    finds where a field of a table is written) are for the error message only.
-
-    Raises
-    ------
-    ConfigurationError
-        With one line that names source, field, value and what is allowed.
-    BadRowsError
-        With a line for each wrong row of a table, if there are several.
-    """
-    try:
-        return Configuration.model_validate(content)
-    except ValidationError as error:
-        # A misspelt key is also a missing key: report the misspelt one.
-        order = {"extra_forbidden": 0, "missing": 2}
-        found = sorted(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
-        firsts: dict[Any, Any] = {}
-        for e in found if written else found[:1]:  # the first of each row
-            if e["loc"][:1] == found[0]["loc"][:1]:
-                firsts.setdefault(e["loc"][:2], e)
-        lines = dict.fromkeys(" ".join(error_line(e, sources, *written).split()) for e in firsts.values())
-        raise error_of_lines(list(lines)) from None
-
-
-def load(*files: Path | str) -> Configuration:
-    """Read and validate a configuration from files, later ones overriding earlier ones."""
-    return read_sources(*files).validated()
+from pneumo.physics.valve_dynamics import ValveDynamics
 
 
 class Sources(NamedTuple):
     """Merged configuration files, not yet validated, and the table of cylinders if they name one."""
 
-    content: dict[str, Any]  # merged; `cylinders` is the path of the table if there is one
-    parts: list[tuple[str, Mapping[str, Any]]]  # name and content of each source, for error messages
-    table: CylinderTable | None
+    content: Mapping[str, Any]  # merged; `cylinders` is the path of the table if there is one
+    parts: Sequence[tuple[str, Mapping[str, Any]]]  # name and content of each source, for error messages
+    table: CylinderTable | None = None
 
     def validated(self) -> Configuration:
-        """Validate the configuration, with every experiment on each row of the table."""
+        """Validate the configuration, with every experiment on each row of the table.
+
+        The line of a `ConfigurationError` names source, field, value and what is allowed; each wrong row of a
+        table has one.
+        """
+        content = with_table(self.content, self.table) if self.table else self.content
+        try:
+            return Configuration.model_validate(content)
+        except ValidationError as error:
+            # A misspelt key is also a missing key: report the misspelt one.
+            order = {"extra_forbidden": 0, "missing": 2}
+            found = sorted(error.errors(include_url=False), key=lambda e: order.get(e["type"], 1))
+            firsts: dict[Any, Any] = {}
+            for e in found if self.table else found[:1]:  # the first of each row
+                if e["loc"][:1] == found[0]["loc"][:1]:
+                    firsts.setdefault(e["loc"][:2], e)
+            raise ConfigurationError(*dict.fromkeys(map(self.line, firsts.values()))) from None
+
+    def line(self, error: Any) -> str:
+        """Message for an error of pydantic, with the source in which the field is written."""
         if self.table is None:
-            return validated(self.content, self.parts)
+            return error_line(error, self.parts)
         table, experiments = self.table, self.content.get("experiments") or ()
-        content, parts = with_table(self.content, table), [*self.parts, table.source]
-        return validated(content, parts, lambda path: table.written(path, experiments))
+        return error_line(error, [*self.parts, table.source], lambda path: table.written(path, experiments))
+
+
+def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> Configuration:
+    """Validate a merged configuration; name and content of each source are for error messages only."""
+    return Sources(content, sources).validated()
+
+
+def load(*files: Path | str) -> Configuration:
+    """Read and validate a configuration from files, later ones overriding earlier ones."""
+    return read_sources(*files).validated()
 
 
 def read_sources(*files: Path | str, options: Mapping[str, Any] | None = None) -> Sources:
@@ -91,38 +88,34 @@ def read_sources(*files: Path | str, options: Mapping[str, Any] | None = None) -
     Later files override earlier ones, and `options` overrides all. The path of a table is relative to the
     configuration that names it; in `options`, to the current folder.
     """
-    parts: list[tuple[str, Mapping[str, Any]]] = []
-    parts += [(printable(str(file), 300), read_yaml(Path(file))) for file in files]
-    folders = [Path(file).parent for file in files]
-    if options:
-        parts, folders = [*parts, ("--config", options)], [*folders, Path()]
+    parts: list[tuple[str, Mapping[str, Any], Path]]
+    parts = [(printable(str(file), 300), read_yaml(Path(file)), Path(file).parent) for file in files]
+    parts += [("--config", options, Path())] if options else []
     content: dict[str, Any] = {}
-    folder, source = Path(), ""
-    for (name, part), its_folder in zip(parts, folders, strict=True):
+    source, folder = "", Path()
+    for name, part, its_folder in parts:
         content = merged(content, part)
-        folder, source = (its_folder, name) if "cylinders" in part else (folder, source)
+        source, folder = (name, its_folder) if "cylinders" in part else (source, folder)
     named = content.get("cylinders")
     table = read_table(folder / named, named, source) if isinstance(named, str) else None
-    return Sources(content, parts, table)
+    return Sources(content, [(name, part) for name, part, _ in parts], table)
 
 
 def study(configuration: Configuration) -> Study:
     """Convert a configuration to SI units: the experiments that run and the grid of models."""
     c = configuration
-    chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
-    experiments = {name: _experiment(c, name) for name in chosen}
+    experiments = {name: _experiment(c, name) for name in c.chosen}
     # The hash includes the content of signal files, and excludes how the work is split into jobs.
     content = (
         c.model_dump(exclude={"run": {"block_size"}}),
         [e.excitation.levels for e in experiments.values()],
     )
     digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-    levels = {name: tuple(values) for name, values in c.levels.items()}
     return Study(
         name=c.name,
         experiments=experiments,
         n=tuple(c.n),
-        levels=levels,
+        levels={name: tuple(values) for name, values in c.levels.items()},
         config_sha256=digest,
         percentiles=c.percentile_rule,
         seeds=c.run.seeds,
@@ -166,19 +159,18 @@ def accuracy(
         "exhaust": valve and valve.uncertainty("exhaust_ratio", relative=True),
         "P_s": supply.uncertainty("P_s_Pa", relative=True),
         "bore": section.uncertainty("bore_mm", relative=True),
-        "stroke": _scaled(section.uncertainty("stroke_mm"), 1e-3),
-        "x_zero": _scaled(sensors and sensors.x_zero_mm, 1e-3),
-        "x_scale": _scaled(sensors and sensors.x_scale_percent, 1e-2),
+        "stroke": section.uncertainty("stroke_mm"),
+        "x_zero": sensors and sensors.x_zero_mm,
+        "x_scale": sensors and sensors.x_scale_percent,
         "T_amb": supply.uncertainty("T_amb_K"),
         "T_in": supply.uncertainty("T_in_K"),
         "P_atm": supply.uncertainty("P_atm_Pa", relative=True),
-        "P_gain": _scaled(sensors and sensors.P_gain_percent, 1e-2),
+        "P_gain": sensors and sensors.P_gain_percent,
     }
-    return known._replace(**{name: value for name, value in given.items() if value is not None})
-
-
-def _scaled(value: float | None, factor: float) -> float | None:
-    return None if value is None else value * factor
+    in_SI = {"stroke": 1e-3, "x_zero": 1e-3, "x_scale": 1e-2, "P_gain": 1e-2}  # others are
+    return known._replace(
+        **{name: value * in_SI.get(name, 1.0) for name, value in given.items() if value is not None}
+    )
 
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
@@ -288,22 +280,15 @@ def _k_0(section: ExperimentSection, cylinder: Cylinder) -> float:
 
 
 def _excitation(c: Configuration, name: str, s: CylinderSection) -> Excitation:
-    e, h = c.experiments[name], c.step_s
-    if e.loop == "open":
-        assert s.open_loop
-        amplitude = s.open_loop.amplitude_V
-    else:
-        assert s.closed_loop
-        deviation, variance = s.closed_loop.amplitude_mm, s.closed_loop.variance_m2
-        amplitude = deviation * 1e-3 if variance is None else variance**0.5  # type: ignore[operator]
+    signal, h, loop = c.experiments[name].signal, c.step_s, c.loop(name)
+    amplitude = loop.amplitude if isinstance(loop, ClosedLoopSection) else loop.amplitude_V
     plain = Excitation(s.seed, amplitude, max(1, round(s.sample_time_s / h)))
-    if e.signal is None:
+    if signal is None:
         return plain
-    signal, plain = e.signal, plain._replace(signal=e.signal.kind)
-    if signal.from_Hz is not None and signal.to_Hz is not None:
-        return plain._replace(band=(signal.from_Hz * h, signal.to_Hz * h))
+    if signal.from_Hz and signal.to_Hz:
+        return plain._replace(signal=signal.kind, band=(signal.from_Hz * h, signal.to_Hz * h))
     if signal.hold_s is None:
-        return plain
+        return plain._replace(signal=signal.kind)
     held = plain._replace(every=max(1, round(signal.hold_s / h)), signal="levels")
     if signal.levels is not None:
         return held._replace(levels=tuple(signal.levels))
@@ -312,18 +297,16 @@ def _excitation(c: Configuration, name: str, s: CylinderSection) -> Excitation:
     return held._replace(amplitude=1.0, levels=read_column(Path(signal.file), signal.column, where))
 
 
-def _drive(s: CylinderSection, loop: Literal["open", "closed"]) -> Drive:
-    if loop == "closed":
-        assert s.closed_loop
-        return Drive(True, s.closed_loop.k_p_V_per_m, s.stroke_mm * 1e-3 / 2)
-    assert s.open_loop
+def _drive(loop: OpenLoopSection | ClosedLoopSection, stroke_mm: float) -> Drive:
+    if isinstance(loop, ClosedLoopSection):
+        return Drive(True, loop.k_p_V_per_m, stroke_mm * 1e-3 / 2)
     return Drive(
         False,
         0.0,
-        s.open_loop.reverse_at * s.stroke_mm * 1e-3 / 2,
-        s.open_loop.reversal == "toggled",
-        s.open_loop.reversal_tested == "each stage",
-        s.open_loop.reversal_recorded_late,
+        loop.reverse_at * stroke_mm * 1e-3 / 2,
+        loop.reversal == "toggled",
+        loop.reversal_tested == "each stage",
+        loop.reversal_recorded_late,
     )
 
 
@@ -353,29 +336,23 @@ def plant_of(c: Configuration, name: str) -> Plant:
 
 def configured_dynamics(configuration: Configuration, cylinder: str) -> ValveDynamics:
     """Dynamics of a cylinder's valve; without such a section, a valve that follows its command at once."""
-    section = configuration.cylinders[cylinder].valve_dynamics
-    if section is None:
-        return PROPORTIONAL
-    return ValveDynamics(section.lag_s, section.dead_time_s, section.null_V, section.dead_band_V)
+    s = configuration.cylinders[cylinder].valve_dynamics or ValveDynamicsSection()
+    return ValveDynamics(s.lag_s, s.dead_time_s, s.null_V, s.dead_band_V)
 
 
 def _experiment(c: Configuration, name: str) -> Experiment:
-    e = c.experiments[name]
-    s = c.cylinders[e.cylinder]
-    plant = plant_of(c, name)
-    loop = s.closed_loop if e.loop == "closed" else s.open_loop
-    assert loop
-    duration = min(e.duration_s, c.run.duration_limit_s or e.duration_s)
+    e, loop, plant = c.experiments[name], c.loop(name), plant_of(c, name)
+    s, late = c.cylinders[e.cylinder], loop.lag_s / c.step_s
     return Experiment(
         name=name,
         cylinder=e.cylinder,
         plant=plant,
-        drive=_drive(s, e.loop),
+        drive=_drive(loop, s.stroke_mm),
         excitation=_excitation(c, name, s),
         push=_push(c, name, plant),
-        sampling=SAMPLINGS[loop.replays_read]._replace(delay=(loop.lag_s / c.step_s,) * 3),
+        sampling=Sampling(loop.replays_read, (late, late, late)),
         h=c.step_s,
-        steps=max(1, round(duration / c.step_s)),
+        steps=max(1, round(c.duration(name) / c.step_s)),
         pressure_stride=e.pressure_stride,
         most_halvings=c.most_halvings,
     )

@@ -66,12 +66,9 @@ _PlainLoader.add_constructor("tag:yaml.org,2002:int", _decimal)
 
 
 def read_yaml(file: Path) -> dict[str, Any]:
-    """Return the content of one configuration file.
+    """Return the content of a configuration file.
 
-    Raises
-    ------
-    ConfigurationError
-        If the file is missing, too large, not plain YAML, or does not hold a mapping.
+    `ConfigurationError` if it is missing, too large, not plain YAML, or does not hold a mapping.
     """
     name = printable(str(file), 300)
     return parse_yaml(read_text(file, LARGEST_CONFIGURATION, name), name)

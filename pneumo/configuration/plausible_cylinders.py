@@ -6,13 +6,12 @@ depends on this module: it only refuses configurations, and `--trust` skips it.
 
 from collections.abc import Iterator
 from math import inf, radians, sin
-from typing import Any, NamedTuple
+from typing import Any
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import STANDARD_GRAVITY, Sources, plant_of
 from pneumo.configuration.schema import Configuration, CylinderSection
-from pneumo.configuration.schema_messages import error_line
-from pneumo.errors import error_of_lines
+from pneumo.errors import ConfigurationError
 
 LEAST_MM = 1.0  # bore and stroke; the smallest of catalogues have 2.5 mm
 ATMOSPHERE = (3e4, 1.2e5)  # Pa: on the highest mountain, and in a deep mine
@@ -25,12 +24,7 @@ REMEDY = "correct it, or accept it with --trust (snakemake: --config trust=true)
 Path = tuple[Any, ...]
 
 
-class Implausible(NamedTuple):
-    """A configured value that is physically implausible, with its path and the reason."""
-
-    path: Path
-    value: float
-    reason: str
+Implausible = tuple[Path, float, str]  # path, value and reason of a physically implausible value
 
 
 def implausible(configuration: Configuration) -> Iterator[Implausible]:
@@ -42,13 +36,12 @@ def implausible(configuration: Configuration) -> Iterator[Implausible]:
     P_atm, (low, high) = configuration.supply.P_atm_Pa, ATMOSPHERE
     if not low <= P_atm <= high:
         reason = f"no atmosphere, which has {low:g} to {high:g} Pa; is it in another unit?"
-        yield Implausible(("supply", "P_atm_Pa"), P_atm, reason)
+        yield ("supply", "P_atm_Pa"), P_atm, reason
         return
     c = configuration
-    chosen = list(c.experiments) if c.run.experiments == "all" else c.run.experiments
-    for cylinder, name in {c.experiments[name].cylinder: name for name in chosen}.items():
+    for cylinder, name in {c.experiments[name].cylinder: name for name in c.chosen}.items():
         for path, value, reason in _of_cylinder(c.cylinders[cylinder], plant_of(c, name)):
-            yield Implausible(("cylinders", cylinder, *path), value, reason)
+            yield ("cylinders", cylinder, *path), value, reason
             break
 
 
@@ -57,7 +50,7 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
     for key in ("bore_mm", "stroke_mm"):
         value = getattr(section, key)
         if value < LEAST_MM:
-            yield Implausible((key,), value, f"below {LEAST_MM:g} mm")
+            yield (key,), value, f"below {LEAST_MM:g} mm"
     c, s = plant.cylinder, plant.conditions
     # Full supply pressure on one side of the piston, the atmosphere on the other.
     out, back = c.A_A * s.P_s - c.A_B * s.P_atm + c.load, c.A_B * s.P_s - c.A_A * s.P_atm - c.load
@@ -74,7 +67,7 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
         reason += f" pushes with {air:.3g} N, and load, weight and Coulomb friction hold it"
         if key == "load_N":
             reason += "; is it a weight? then mass_kg and incline_deg"
-        yield Implausible((key,), getattr(section, key), reason)
+        yield (key,), getattr(section, key), reason
         return
     speed = plant.speed
     opening: tuple[Path, float] = (("k_x_k_u_m2_per_V",), section.k_x_k_u_m2_per_V or 0.0)
@@ -83,7 +76,7 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
         opening = (("valve", key), value)
     if speed > FASTEST:
         reason = f"fully open it moves the piston of {section.bore_mm:g} mm at {speed:.3g} m/s"
-        yield Implausible(*opening, f"{reason}, no cylinder survives {FASTEST:g} m/s")
+        yield *opening, f"{reason}, no cylinder survives {FASTEST:g} m/s"
     needed: dict[tuple[Path, float], float] = {  # s for a stroke, by what slows it down
         opening: c.stroke / speed if speed else inf,
         (("friction_Ns_per_m",), section.friction_Ns_per_m): c.stroke * c.k_f / force,
@@ -92,32 +85,24 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
     slowest = max(needed, key=lambda cause: needed[cause])
     if needed[slowest] > SLOWEST:
         reason = f"a stroke takes {needed[slowest]:.3g} s, more than {SLOWEST:g} s: the piston cannot move"
-        yield Implausible(*slowest, reason)
+        yield *slowest, reason
     swept, air = c.A_A * c.stroke, min(c.A_A, c.A_B) * (s.P_s - s.P_atm)
     for key in ("dead_volume_m3", "dead_volume_B_m3"):
         volume = getattr(section, key) or 0.0
         if volume > MOST_DEAD * swept:
             reason = f"{volume / swept:.3g} times the {swept:.3g} m³ of a stroke; is it in litres?"
-            yield Implausible((key,), volume, reason)
+            yield (key,), volume, reason
     if air < LEAST_ACCELERATION * c.M:
         reason = f"the air, {air:.3g} N, accelerates it by {air / c.M:.3g} m/s² at most; is it in grams?"
-        yield Implausible(("mass_kg",), section.mass_kg, reason)
+        yield ("mass_kg",), section.mass_kg, reason
 
 
 def checked(sources: Sources, *, trust: bool = False) -> Configuration:
     """Validate a configuration, as `Sources.validated`; unless `trust`, also refuse `implausible` values."""
-    configuration = sources.validated()
-    if not trust and (lines := [_line(problem, sources) for problem in implausible(configuration)]):
-        raise error_of_lines(lines if sources.table else lines[:1])
+    configuration, lines = sources.validated(), list[str]()
+    for path, value, reason in [] if trust else implausible(configuration):
+        about = {"value": value, "condition": reason, "fields": [path], "remedy": f"; {REMEDY}"}
+        lines.append(sources.line({"type": "conflict", "loc": (), "input": value, "ctx": about}))
+    if lines:
+        raise ConfigurationError(*(lines if sources.table else lines[:1]))
     return configuration
-
-
-def _line(problem: Implausible, sources: Sources) -> str:
-    """Error message for an implausible value, with the file in which it is written."""
-    path, value, reason = problem
-    context = {"value": value, "condition": reason, "fields": [path], "remedy": REMEDY}
-    error, table = {"type": "conflict", "loc": (), "input": value, "ctx": context}, sources.table
-    if table is None:
-        return error_line(error, sources.parts)
-    experiments = sources.content.get("experiments") or ()
-    return error_line(error, [*sources.parts, table.source], lambda path: table.written(path, experiments))

@@ -3,11 +3,10 @@
 Keys name their unit (bore_mm); `pneumo.configuration.parameters` converts to SI.
 """
 
-import itertools
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from pneumo.catalogue import measured_cylinders
 from pneumo.configuration.conductance import CONVERSIONS, USUAL_B, conductance
@@ -23,10 +22,11 @@ from pneumo.configuration.schema_parts import (
     Seconds,
     Section,
     conflict,
+    increasing,
     key_of,
     listed,
 )
-from pneumo.physics.gases import GASES
+from pneumo.physics.valve import GASES
 
 MOST_PERCENT = 50.0  # of an accuracy
 Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
@@ -116,6 +116,7 @@ class OpenLoopSection(LoopSection):
 class ClosedLoopSection(LoopSection):
     """Excitation of the closed-loop runs: a random position reference, and the gain of the controller."""
 
+    exactly_one = "amplitude_mm", "variance_m2"
     variance_m2: Number | None = key_of(
         "variance of the position reference; or give amplitude_mm", None, gt=0, le=10
     )
@@ -127,10 +128,10 @@ class ClosedLoopSection(LoopSection):
     )
     k_p_V_per_m: Number = key_of("proportional gain", gt=0, le=1e6)
 
-    @model_validator(mode="after")
-    def _one_amplitude(self) -> Self:
-        self.exactly_one("amplitude_mm", "variance_m2")
-        return self
+    @property
+    def amplitude(self) -> float:
+        """Standard deviation of the reference, m."""
+        return (self.variance_m2 or 0.0) ** 0.5 if self.amplitude_mm is None else self.amplitude_mm * 1e-3
 
 
 class SettlingSection(Section):
@@ -144,7 +145,9 @@ class SettlingSection(Section):
 
 
 Knots = Annotated[
-    list[Annotated[Number, Field(ge=-1000, le=1000)]], Field(min_length=2, max_length=MOST_KNOTS)
+    list[Annotated[Number, Field(ge=-1000, le=1000)]],
+    Field(min_length=2, max_length=MOST_KNOTS),
+    AfterValidator(increasing),
 ]
 Conductances = Annotated[list[Conductance], Field(min_length=2, max_length=MOST_KNOTS)]
 
@@ -167,9 +170,6 @@ class CurveSection(Section):
 
     @model_validator(mode="after")
     def _one_table(self) -> Self:
-        for before, after in itertools.pairwise(self.u_V):
-            if before >= after:
-                raise conflict(self.u_V, f"must increase, and {after:g} follows {before:g}", ("u_V",))
         for key in ("C_dm3_per_sbar", "exhaust_C_dm3_per_sbar"):
             values = getattr(self, key)
             if values is not None and len(values) != len(self.u_V):
@@ -200,6 +200,7 @@ class ValveSection(Section):
     keeps its area.
     """
 
+    exactly_one = (*CONVERSIONS, "curve")
     C_dm3_per_sbar: Number | None = key_of(
         "sonic conductance C from supply to chamber at u_max_V; or give Q_n_l_per_min",
         None,
@@ -228,8 +229,7 @@ class ValveSection(Section):
     leak_dm3_per_sbar: Number = key_of("sonic conductance of each closed path", 0.0, ge=0, le=100)
 
     @model_validator(mode="after")
-    def _one_flow(self) -> Self:
-        self.exactly_one(*CONVERSIONS, "curve")
+    def _one_exhaust(self) -> Self:
         if self.curve and self.curve.exhaust_C_dm3_per_sbar and self.exhaust_ratio != 1:
             condition = "conflicts with curve.exhaust_C_dm3_per_sbar; give only one"
             raise conflict(self.exhaust_ratio, condition, ("exhaust_ratio",), ("curve",))
@@ -293,6 +293,7 @@ class FittedSection(Section):
 class CylinderSection(Section):
     """A cylinder with its load, its valve and the signals that excite it."""
 
+    exactly_one = "k_x_k_u_m2_per_V", "valve"
     bore_mm: Number = key_of("diameter phi", gt=0, le=1000, uncertain=True)
     stroke_mm: Number = key_of("stroke l", gt=0, le=10000, uncertain=True)
     rod_mm: Number = key_of("diameter of a single rod, in chamber B; 0: no rod", 0.0, ge=0, le=1000)
@@ -332,8 +333,7 @@ class CylinderSection(Section):
     settling: SettlingSection | None = key_of("for settling runs, which only the paper's study makes", None)
 
     @model_validator(mode="after")
-    def _one_valve_and_parts_that_fit(self) -> Self:
-        self.exactly_one("k_x_k_u_m2_per_V", "valve")
+    def _parts_that_fit(self) -> Self:
         if self.valve_B and not self.valve:
             raise conflict(None, "needed beside valve_B", ("valve",))
         if self.valve_B and self.valve and self.valve_B.leak_dm3_per_sbar != self.valve.leak_dm3_per_sbar:
@@ -390,6 +390,7 @@ class SignalSection(Section):
 class ExperimentSection(Section):
     """One experiment: which cylinder, which loop, how much wall heat, how long."""
 
+    exactly_one = "k_0_W_per_K", "lambda_0_W_per_m2K"
     cylinder: str = key_of("one of the cylinders' names; not with a table: each experiment runs on every row")
     loop: Literal["open", "closed"] = key_of("open loop, or proportional position control")
     signal: SignalSection | None = key_of("signal, if not the loop's default", None)
@@ -414,11 +415,6 @@ class ExperimentSection(Section):
         "settling run: time after release at which it ends; default: once its air is near T_amb_K", None
     )
     pressure_stride: Count = key_of("steps between stored pressures of replays", 10, ge=1, le=10**6)
-
-    @model_validator(mode="after")
-    def _one_conductance(self) -> Self:
-        self.exactly_one("k_0_W_per_K", "lambda_0_W_per_m2K")
-        return self
 
 
 class SensorsSection(Section):
@@ -457,7 +453,7 @@ class Configuration(Section):
     levels: dict[Name, list[Conductance]] = key_of(
         "conductances k_0, W/K, of each heat-transfer level", default_factory=dict, min_length=1
     )
-    n: list[Annotated[Number, Field(gt=0, le=3)]] = key_of(
+    n: Annotated[list[Annotated[Number, Field(gt=0, le=3)]], AfterValidator(increasing)] = key_of(
         "polytropic indices of the grid, increasing", min_length=1, max_length=1000
     )
     step_s: Number = key_of("integration step", ge=1e-7, le=1)
@@ -470,6 +466,21 @@ class Configuration(Section):
     )
     run: RunSection = RunSection()
     sensors: SensorsSection | None = optional_key("how accurately sensors are known, for pneumo fit")
+
+    @property
+    def chosen(self) -> list[str]:
+        """Names of the experiments that run."""
+        return [*self.experiments] if self.run.experiments == "all" else self.run.experiments
+
+    def duration(self, experiment: str) -> float:
+        """Length of an experiment's run, s."""
+        duration = self.experiments[experiment].duration_s
+        return min(duration, self.run.duration_limit_s or duration)
+
+    def loop(self, experiment: str) -> OpenLoopSection | ClosedLoopSection:
+        """Section of an experiment's loop."""
+        e = self.experiments[experiment]
+        return getattr(self.cylinders[e.cylinder], f"{e.loop}_loop")
 
     @model_validator(mode="after")
     def _names_differ_by_more_than_case(self) -> Self:
@@ -491,7 +502,7 @@ class Configuration(Section):
                 condition = f"needs the section cylinders.{experiment.cylinder}.{section}"
                 where = ("cylinders", experiment.cylinder, section)
                 raise conflict(experiment.loop, condition, ("experiments", name, "loop"), where)
-        for name in self.run.experiments if self.run.experiments != "all" else ():
+        for name in self.chosen:
             if name not in self.experiments:
                 condition = f"no such experiment; there are {listed(self.experiments)}"
                 raise conflict(name, condition, ("run", "experiments"))
@@ -502,12 +513,8 @@ class Configuration(Section):
         if "overall" in self.levels:
             condition = "reserved for Table 7's average; choose another name"
             raise conflict("overall", condition, ("levels", "overall"))
-        for before, after in itertools.pairwise(self.n):
-            if before >= after:
-                raise conflict(self.n, f"must increase, and {after:g} follows {before:g}", ("n",))
-        for name, experiment in self.experiments.items():
-            duration = min(experiment.duration_s, self.run.duration_limit_s or experiment.duration_s)
-            if duration > LONGEST * self.step_s:
+        for name in self.experiments:
+            if (duration := self.duration(name)) > LONGEST * self.step_s:
                 condition = f"must be at most {LONGEST:g} steps of step_s = {self.step_s:g}"
                 raise conflict(duration, condition, ("experiments", name, "duration_s"), ("step_s",))
         return self

@@ -98,13 +98,10 @@ def _hint(key: Any, value: Any) -> str:
     return next((words for keys, low, high, words in HINTS if key in keys and low < value < high), "")
 
 
-Written = Callable[[tuple[Any, ...]], tuple[tuple[Any, ...], str]]
-
-
 def error_line(
     error: Any,
     sources: Sequence[tuple[str, Mapping[str, Any]]],
-    written: Written = lambda path: (path, dotted(path)),
+    written: Callable[[tuple[Any, ...]], tuple[tuple[Any, ...], str]] = lambda path: (path, dotted(path)),
 ) -> str:
     """Return the message for a validation error: source, field, value, what is allowed.
 
@@ -129,8 +126,7 @@ def error_line(
         text = " ".join(["the name must be text", *words])
     if not missing and (hint := _hint(path[-1] if path else "", value)):
         text += f"; {hint}"
-    if remedy := error.get("ctx", {}).get("remedy"):
-        text += f"; {remedy}"
+    text += error.get("ctx", {}).get("remedy", "")
     path, field = written(path)
     paths = [written(each)[0] for each in paths]
     setters = [name for name, content in sources if any(_sets(content, path) for path in paths)]

@@ -1,10 +1,10 @@
-"""Parts of the schema: kinds of numbers, sections with one key of two, and errors of conflicting values."""
+"""Parts of the schema: kinds of numbers, sections with one key of several, errors of conflicting values."""
 
 import itertools
 import re
 from collections.abc import Iterable, Mapping
 from math import inf
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import (
     BaseModel,
@@ -61,20 +61,26 @@ def conflict(value: Any, condition: str, *fields: tuple[str, ...]) -> PydanticCu
     return PydanticCustomError("conflict", "{condition}", context)
 
 
-# Keys of one section of which it may have only one.
-ALTERNATIVES = (("k_0_W_per_K", "lambda_0_W_per_m2K"), ("amplitude_mm", "variance_m2"))
+def increasing(values: list[float]) -> list[float]:
+    """Return numbers that increase; an error for others."""
+    for before, after in itertools.pairwise(values):
+        if before >= after:
+            raise conflict(values, f"must increase, and {after:g} follows {before:g}", ())
+    return values
 
 
 def merged(base: Mapping[str, Any], override: Mapping[str, Any]) -> dict[str, Any]:
     """Copy of `base` in which keys of `override` replace its own; sections are merged key by key.
 
-    A key replaces its alternative too: k_0_W_per_K a lambda_0_W_per_m2K of `base`.
+    A key replaces its alternatives too: k_0_W_per_K a lambda_0_W_per_m2K of `base`.
     """
-    result = dict(base)
-    for pair in ALTERNATIVES:
-        for key, other in (pair, pair[::-1]):
-            if override.get(key) is not None and other not in override:
-                result.pop(other, None)
+    replaced = {
+        key
+        for section in Section.__subclasses__()
+        if any(override.get(key) is not None for key in section.exactly_one)
+        for key in section.exactly_one
+    }
+    result = {key: value for key, value in base.items() if key in override or key not in replaced}
     for key, value in override.items():
         inner = result.get(key)
         both = isinstance(value, Mapping) and isinstance(inner, Mapping)
@@ -86,13 +92,6 @@ UNCERTAIN = re.compile(rf"({NUMBER.pattern})\s*(?:±|\+-|\+/-)\s*({NUMBER.patter
 MOST_PERCENT = 1e4
 
 
-class Uncertainty(NamedTuple):
-    """Half-width of the 95 % interval of a configured number."""
-
-    half_width: float
-    percent: str  #: % where it is relative, else empty
-
-
 class Section(BaseModel):
     """A frozen section of the configuration without unknown keys.
 
@@ -100,14 +99,16 @@ class Section(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    _uncertainties: dict[str, Uncertainty] = PrivateAttr(default_factory=dict)
+    exactly_one: ClassVar[tuple[str, ...]] = ()  # of these keys a section has one
+    # Half-widths of 95 % intervals, by key, and % where they are relative.
+    _uncertainties: dict[str, tuple[float, str]] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="wrap")
     @classmethod
     def _without_uncertainties(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         if not isinstance(value, Mapping):
             return handler(value)
-        numbers, found = dict(value), dict[str, Uncertainty]()
+        numbers, found = dict(value), dict[str, tuple[float, str]]()
         for key, given in value.items():
             extra = cls.model_fields[key].json_schema_extra if key in cls.model_fields else None
             match = UNCERTAIN.fullmatch(given.strip()) if extra and isinstance(given, str) else None
@@ -116,10 +117,21 @@ class Section(BaseModel):
             numbers[key], half_width, percent = float(match[1]), float(match[4]), match[7]
             if not 0 <= half_width <= (MOST_PERCENT if percent else inf):
                 raise conflict(given, f"the uncertainty must be 0 to {MOST_PERCENT:g} %", (key,))
-            found[key] = Uncertainty(half_width, percent)
+            found[key] = half_width, percent
         section = handler(numbers)
         section._uncertainties.update(found)
         return section
+
+    @model_validator(mode="after")
+    def _one_of_its_alternatives(self) -> Self:
+        keys = self.exactly_one
+        given = [key for key in keys if getattr(self, key) is not None]
+        if keys and not given:
+            raise conflict(None, f"or give {', '.join(keys[1:])}", keys[:1])
+        if len(given) > 1:
+            condition = f"conflicts with {given[1]}; give only one"
+            raise conflict(getattr(self, given[0]), condition, (given[0],), (given[1],))
+        return self
 
     @model_serializer(mode="wrap")
     def _with_uncertainties(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -131,17 +143,8 @@ class Section(BaseModel):
 
     def uncertainty(self, key: str, *, relative: bool = False) -> float | None:
         """Half-width of the 95 % interval of a key's number, in its unit or `relative`; None if not given."""
-        value, given = getattr(self, key), self._uncertainties.get(key)
-        if given is None or value is None:
+        value, (half_width, percent) = getattr(self, key), self._uncertainties.get(key, (None, ""))
+        if half_width is None or value is None:
             return None
-        half_width = given.half_width * (abs(value) / 100 if given.percent else 1)
+        half_width *= abs(value) / 100 if percent else 1
         return half_width / abs(value) if relative else half_width
-
-    def exactly_one(self, *keys: str) -> None:
-        """Raise an error if a section has none of some keys, or more than one."""
-        given = [key for key in keys if getattr(self, key) is not None]
-        if not given:
-            raise conflict(None, f"or give {', '.join(keys[1:])}", keys[:1])
-        if len(given) > 1:
-            condition = f"conflicts with {given[1]}; give only one"
-            raise conflict(getattr(self, given[0]), condition, (given[0],), (given[1],))

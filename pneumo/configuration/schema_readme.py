@@ -19,13 +19,10 @@ Written by `python -m pneumo.configuration.schema_readme`; do not edit.
 """
 
 
-def _sections(
-    path: str, node: Mapping[str, Any]
-) -> Iterator[tuple[str, Mapping[str, Any], list[tuple[str, Any]]]]:
-    """Yield every section of the schema as (path, section, its fields), outermost first."""
-    fields = list(node["properties"].items())
-    yield path, node, fields
-    for key, field in fields:
+def _sections(path: str, node: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield every section of the schema with its path, outermost first."""
+    yield path, node
+    for key, field in node["properties"].items():
         inner, name = resolved(field), key
         if values := named_sections(inner):
             inner, name = resolved(values), f"{key}.NAME"
@@ -47,14 +44,14 @@ def readme() -> str:
     """Return a table of every key of the configuration, section by section, as Markdown."""
     shown: dict[str, str] = {}  # path of the table by section
     lines = [HEAD]
-    for path, section, fields in _sections("", SCHEMA):
+    for path, section in _sections("", SCHEMA):
         lines += [f"## {'`' + path + '`' if path else 'Top level'}", ""]
         if (first := shown.setdefault(str(section), path)) != path:
             lines += [f"Keys as in `{first}`.", ""]
             continue
         lines += [section["description"], ""]
         lines += ["| key | allowed | meaning |", "|---|---|---|"]
-        lines += [_row(section, key, field) for key, field in fields] + [""]
+        lines += [_row(section, key, field) for key, field in section["properties"].items()] + [""]
     return "\n".join(lines).rstrip() + "\n"
 
 

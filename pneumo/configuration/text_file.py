@@ -1,9 +1,11 @@
-"""Text files that a user names: read up to a size; CSV files split into cells."""
+"""Text files that a user names: read up to a size; cells and columns of CSV files."""
 
 import re
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from pneumo.errors import ConfigurationError, printable
 from pneumo.regular_file import regular_file
@@ -48,3 +50,27 @@ def read_csv(file: Path, named: str) -> "pd.DataFrame":
         raise ConfigurationError(f"{named}: {printable(str(error).strip(), 300)}") from None
     stripped: Any = cells.apply(lambda column: column.str.strip())
     return stripped[1:].set_axis(stripped.iloc[0].tolist(), axis="columns")
+
+
+def read_column(file: Path, column: str, where: str) -> tuple[float, ...]:
+    """Return the numbers of one column of a CSV file whose first row names the columns.
+
+    Commas, semicolons or tabs between columns, points in numbers. `where` is the section of the configuration
+    that names the file, for the line of a `ConfigurationError`.
+    """
+    cells = read_csv(file.absolute(), f"{where}.file = {printable(repr(str(file)), 200)}")
+    cells = cells[(cells != "").any(axis="columns")]
+    if column not in cells:
+        problem = f"{file} has the columns {', '.join(cells.columns) or '(none)'}"
+    elif cells.columns.tolist().count(column) > 1:
+        problem = f"{file} has two columns of that name"
+    elif cells.empty:
+        problem = f"{file} has no rows below the names of its columns"
+    else:
+        texts: Any = cells[column]
+        numbers = texts.where(texts.str.fullmatch(NUMBER), "nan").astype(float)
+        wrong = ~np.isfinite(numbers)
+        if not wrong.any():
+            return tuple(numbers.tolist())
+        problem = f"{file}, line {wrong.idxmax() + 1}: must be a finite number in that column"
+    raise ConfigurationError(f"{where}.column = {printable(repr(column), 200)}: {printable(problem, 300)}")

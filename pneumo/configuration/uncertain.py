@@ -7,7 +7,7 @@ what nobody stated. Deviations are normal; of a factor, such as a conductance, i
 from collections.abc import Mapping
 from math import exp, expm1, log, log1p
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,17 +30,19 @@ class Quantity(NamedTuple):
 
     group: str  #: quantities that one measurement would settle together
     logarithmic: bool
+    part: str  #: of the plant, that has it
+    field: str  #: in this part
 
 
 QUANTITIES = {
-    "C": Quantity("valve", True),
-    "b": Quantity("valve", False),
-    "exhaust": Quantity("valve", True),
-    "V_d_A": Quantity("dead volumes", True),
-    "V_d_B": Quantity("dead volumes", True),
-    "k_0": Quantity("wall heat", True),
-    "P_s": Quantity("supply", True),
-    "T_in": Quantity("supply", False),  # K
+    "C": Quantity("valve", True, "valve", "k_xu"),
+    "b": Quantity("valve", False, "gas", "critical_ratio"),
+    "exhaust": Quantity("valve", True, "valve", "exhaust"),
+    "V_d_A": Quantity("dead volumes", True, "cylinder", "V_d_A"),
+    "V_d_B": Quantity("dead volumes", True, "cylinder", "V_d_B"),
+    "k_0": Quantity("wall heat", True, "", "k_0"),
+    "P_s": Quantity("supply", True, "conditions", "P_s"),
+    "T_in": Quantity("supply", False, "conditions", "T_in"),  # K
 }
 GROUPS = tuple(dict.fromkeys(quantity.group for quantity in QUANTITIES.values()))
 
@@ -87,31 +89,23 @@ class Uncertain(NamedTuple):
 
 def plant_with(plant: Plant, names: tuple[str, ...], deviations: np.ndarray) -> Plant:
     """Plant whose quantities deviate, each by the entry of `deviations` at its place in `names`."""
-    d = dict(zip(names, deviations.tolist(), strict=True))
+    for name, deviation in zip(names, deviations.tolist(), strict=True):
+        _, logarithmic, part, field = QUANTITIES[name]
+        holder: Any = getattr(plant, part) if part else plant
+        value = getattr(holder, field)
+        holder = holder._replace(**{field: value * exp(deviation) if logarithmic else value + deviation})
+        plant = plant._replace(**{part: holder}) if part else holder
+        if name == "b":
+            paths = plant.valve.paths
+            b = tuple(tuple(_possible_b(value + deviation) for value in side) for side in paths.b)
+            gas = plant.gas._replace(critical_ratio=_possible_b(plant.gas.critical_ratio))
+            plant = plant._replace(gas=gas, valve=plant.valve._replace(paths=paths._replace(b=b)))
+    c = plant.conditions
+    return plant._replace(conditions=c._replace(P_s=max(c.P_s, 1.05 * c.P_atm)))
 
-    def times(name: str) -> float:
-        return exp(d.get(name, 0.0))
 
-    def moved(b: float) -> float:
-        return min(max(b + d.get("b", 0.0), LEAST_B), MOST_B)
-
-    gas, valve, cylinder, conditions = plant.gas, plant.valve, plant.cylinder, plant.conditions
-    if "b" in d:
-        gas = gas._replace(critical_ratio=moved(gas.critical_ratio))
-        b = tuple(tuple(moved(value) for value in side) for side in valve.paths.b)
-        valve = valve._replace(paths=valve.paths._replace(b=b))
-    return plant._replace(
-        gas=gas,
-        valve=valve._replace(k_xu=valve.k_xu * times("C"), exhaust=valve.exhaust * times("exhaust")),
-        conditions=conditions._replace(
-            P_s=max(conditions.P_s * times("P_s"), 1.05 * conditions.P_atm),
-            T_in=conditions.T_in + d.get("T_in", 0.0),
-        ),
-        cylinder=cylinder._replace(
-            V_d_A=cylinder.V_d_A * times("V_d_A"), V_d_B=cylinder.V_d_B * times("V_d_B")
-        ),
-        k_0=plant.k_0 * times("k_0"),
-    )
+def _possible_b(b: float) -> float:
+    return min(max(b, LEAST_B), MOST_B)
 
 
 def uncertainties(configuration: Configuration) -> dict[str, Uncertain]:
@@ -184,9 +178,14 @@ def _slope_of_flow(section: CylinderSection) -> float:
 
 
 def conversion_notes(configuration: Configuration) -> list[str]:
-    """Sentences on the figures of valves that were converted, with rule and accuracy, and on a missing b."""
+    """Sentences on the figures of valves that were converted, with rule and accuracy, and on what is assumed.
+
+    Assumed are a missing b, and runs without the configured `valve_dynamics`.
+    """
     notes = []
     for name, section in configuration.cylinders.items():
+        if section.valve_dynamics:
+            notes.append(f"{name}: valve_dynamics is for exports; in runs the valve follows at once")
         if section.valve is None:
             continue
         key, value = section.valve.flow_as_given

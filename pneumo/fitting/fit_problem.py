@@ -31,7 +31,7 @@ from pneumo.fitting.fitted_parameters import (
 )
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.valve_signal import behind_valve, lagged
-from pneumo.physics.cylinder import chamber_of, heat_area, sign_of
+from pneumo.physics.cylinder import Side, chamber_of, heat_area
 from pneumo.physics.models import Lane, Model, lane, lane_array
 from pneumo.physics.valve import choked_flow
 from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
@@ -281,7 +281,7 @@ def with_leak(motion: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) -
     """
     moved = motion.copy()
     area = chamber_of(plant.cylinder, side).area
-    moved[..., 1] += sign_of(side) * (leaked[:, side] / area)[:, None]
+    moved[..., 1] += Side(side).sign * (leaked[:, side] / area)[:, None]
     return moved
 
 

@@ -117,6 +117,7 @@ def stage_signals(measurement: Measurement, plant: Plant, command: Sampling = HE
     h, steps = m.period / within, within * (len(t) - 1)
     at = (np.arange(steps)[:, None] + NODES) * h  # times of the stages
     held_u = np.broadcast_to(np.repeat(m.u[:-1], within)[:, None], at.shape)
+    limited = np.clip(held_u if command == HELD else np.interp(at, t, m.u), -u_max, u_max)
     ends = record_ends(m.begins, len(t))
     penalty = min(smoothing(m.x[first : last + 1], m.period) for first, last in ends)
     motion = np.empty((*at.shape, 2))

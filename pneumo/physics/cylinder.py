@@ -39,8 +39,8 @@ class Side(IntEnum):
 
     @property
     def sign(self) -> float:
-        """Factor, 1 or -1, that makes u, x and v positive where they enlarge the chamber, as `sign_of`."""
-        return sign_of(self)
+        """Factor, 1 or -1, that makes u, x and v positive where they enlarge the chamber."""
+        return 1.0 - 2.0 * self
 
 
 class Chamber(NamedTuple):
@@ -49,11 +49,6 @@ class Chamber(NamedTuple):
     area: float  #: of the piston, m^2
     V_d: float  #: dead volume, m^3
     side: int = 0  #: index of the chamber
-
-
-def sign_of(side: int) -> float:
-    """Factor that makes u, x and v positive where they enlarge a chamber: 1 for A, -1 for B."""
-    return 1.0 - 2.0 * side
 
 
 def chamber_of(cylinder: Cylinder, side: int) -> Chamber:

@@ -113,6 +113,19 @@ def exact_gas(R: float, gamma: float) -> Gas:
     return Gas(R, gamma, sonic_coefficient(R, gamma), critical_ratio(gamma))
 
 
+# Ideal gases by name. R is 8.314462618 J/(mol K) (CODATA 2018) over the molar mass (IUPAC 2021; dry air
+# 28.9652 g/mol, ISO 2533). The ratio is that at 293 K: NIST Chemistry WebBook (SRD 69), Shomate equations; of
+# air, 1.4.
+GASES: dict[str, Gas] = {
+    "air": exact_gas(287.05, 1.4),
+    "nitrogen": exact_gas(296.80, 1.4),
+    "helium": exact_gas(2077.3, 5 / 3),
+    "hydrogen": exact_gas(4124.5, 1.405),
+    "argon": exact_gas(208.13, 5 / 3),
+    "CO2": exact_gas(188.92, 1.291),
+}
+
+
 def choked_flow(A_t: Real, P_u: float, T_u: float, gas: Gas) -> Real:
     """Sonic mass flow, kg/s: second branch of eq (1), from throat area, m^2, and upstream state, Pa and K."""
     return gas.sonic_coefficient * P_u * A_t / T_u**0.5

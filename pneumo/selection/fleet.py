@@ -9,8 +9,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.cylinder_table import experiment_name
-from pneumo.configuration.experiment import Study
-from pneumo.configuration.study_json import plain
+from pneumo.configuration.experiment import Study, plain
 from pneumo.configuration.uncertain import Uncertain
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answers

@@ -156,7 +156,8 @@ def core_sampling(sampling: Sampling) -> Any:
     core.whole("every", sampling.every, 1)
     if not all(abs(delay) < core.LONGEST for delay in sampling.delay):
         raise ValueError(f"delay = {sampling.delay}: must be finite")
-    return core.struct("Sampling", sampling)
+    flags = (sampling.rule == "exact", sampling.rule.startswith("hold"), sampling.rule == "hold_next")
+    return core.struct("Sampling", (*flags, sampling.delay, sampling.every))
 
 
 def supplied_mass(recording: Recording) -> np.ndarray:

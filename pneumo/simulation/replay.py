@@ -109,7 +109,9 @@ def first_states(recording: Recording, lanes: np.ndarray, sampling: Sampling) ->
     c = recording.plant.conditions
     own = np.broadcast_to(recording.states[0, 2:].reshape(2, 2), (len(lanes), 2, 2))
     full = np.asarray(lanes)[:, Lane._fields.index("full")] != 0
-    return np.where((full | sampling.exact)[:, np.newaxis, np.newaxis], own, np.array([c.P_0, c.T_0]))
+    return np.where(
+        (full | (sampling.rule == "exact"))[:, np.newaxis, np.newaxis], own, np.array([c.P_0, c.T_0])
+    )
 
 
 def replay_one_by_one(

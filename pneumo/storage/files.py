@@ -20,8 +20,7 @@ from typing import Any
 import xarray as xr
 from netCDF4 import Dataset
 
-from pneumo.configuration.experiment import Experiment
-from pneumo.configuration.study_json import plain
+from pneumo.configuration.experiment import Experiment, plain
 from pneumo.errors import SYSTEM, InputError, ResultError, printable
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.regular_file import LARGEST_RESULT, lock, named, regular_file
@@ -37,15 +36,15 @@ COMMON = {
     "creator_name": "pneumo developers",
 }
 LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4")  # behind a result, with their versions in each file
-NAMES = {  # of coordinates without a unit -> long name
-    "chamber": "chamber of the cylinder, A or B",
-    "quantity": "pressure or temperature of a chamber",
-    "experiment": "name of the experiment",
-    "cylinder": "name of the cylinder",
-    "loop": "open or closed loop",
-    "model": "name of the reduced model",
-    "level": "experiments that are averaged, by their wall conductance",
-}
+ABOUT = {  # attributes of variables, by name; these coordinates have no unit
+    "chamber": {"long_name": "chamber of the cylinder, A or B"},
+    "quantity": {"long_name": "pressure or temperature of a chamber"},
+    "experiment": {"long_name": "name of the experiment"},
+    "cylinder": {"long_name": "name of the cylinder"},
+    "loop": {"long_name": "open or closed loop"},
+    "model": {"long_name": "name of the reduced model"},
+    "level": {"long_name": "experiments that are averaged, by their wall conductance"},
+} | {name: {"long_name": symbol.long_name, "units": symbol.unit} for name, symbol in SYMBOLS.items()}
 CHECKOUT = Path(__file__).parents[2]
 LOCK = threading.Lock()  # HDF5 serves one thread at a time
 PART = ".part"  # ends the names of files that are being written
@@ -153,27 +152,22 @@ def write(
     attributes: Mapping[str, Any],
     digits: int | None = None,
     compressed: bool = True,
-    digits_of: Mapping[str, int] | None = None,
 ) -> None:
     """Write a dataset atomically as NetCDF-4, `compressed` or not; make its folder if necessary.
 
-    Variables named as in `pneumo.physics.symbols` get units and long names from there, labels from `NAMES`.
+    Variables named in `ABOUT` get its units and long names.
     `attributes` are added to the global attributes that all files have. With `digits`, floating-point
-    variables are rounded with a relative error below 10**-digits and stored in 4 bytes; `digits_of` has the
-    digits of variables that need fewer.
+    variables are rounded with a relative error below 10**-digits and stored in 4 bytes.
     """
     dataset = dataset.assign_attrs(COMMON | made_with() | dict(attributes))  # a copy
     for name, variable in dataset.variables.items():
-        if symbol := SYMBOLS.get(str(name)):
-            variable.attrs = {"long_name": symbol.long_name, "units": symbol.unit} | variable.attrs
-        elif long_name := NAMES.get(str(name)):
-            variable.attrs = {"long_name": long_name} | variable.attrs
+        variable.attrs = ABOUT.get(str(name), {}) | variable.attrs
     encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
     for name, variable in dataset.data_vars.items():
         numeric = compressed and variable.dtype.kind in "fiu" and variable.ndim
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True} if numeric else {}
         if digits is not None and variable.dtype.kind == "f":
-            bits = int((digits_of or {}).get(str(name), digits) * math.log2(10))  # of the fraction
+            bits = int(digits * math.log2(10))  # of the fraction
             rounded = {"significant_digits": bits, "quantize_mode": "BitRound", "complevel": 9}
             encoding[str(name)] |= {"dtype": "float32", **rounded}
         if variable.dtype.kind != "f":
@@ -205,7 +199,9 @@ def check_sizes(path: Path, largest: int, variables: Sequence[str] = ()) -> None
     """
     with Dataset(path.absolute()) as file:
         names = {*variables, *file.dimensions} & file.variables.keys() if variables else file.variables
-        sizes = {name: _bytes_in_memory(file.variables[name]) for name in names}
+        of = {name: file.variables[name] for name in names}
+        # Of text at least a pointer for each.
+        sizes = {name: math.prod(v.shape) * getattr(v.dtype, "itemsize", 8) for name, v in of.items()}
     if sum(sizes.values()) > largest:
         name = max(sizes, key=lambda name: sizes[name])
         raise ValueError(
@@ -213,16 +209,16 @@ def check_sizes(path: Path, largest: int, variables: Sequence[str] = ()) -> None
         )
 
 
-def _bytes_in_memory(variable: Any) -> int:
-    return math.prod(variable.shape) * getattr(variable.dtype, "itemsize", 8)  # text: at least a pointer
+def read(path: Path | str, *variables: str) -> xr.Dataset:
+    """Read a results file, or some of its variables, into memory.
 
-
-@contextmanager
-def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]:
-    """Open a NetCDF file of pneumo; check that its experiment is the one in its name.
-
-    The variables to be read, by default all, must fit into memory.
+    Raises
+    ------
+    ResultError
+        If the file is missing, damaged, truncated or not from pneumo, a variable is missing in it, or its
+        experiment is not the one of its name.
     """
+    path = Path(path)
     try:
         with regular_file(path, LARGEST_RESULT), LOCK:
             check_sizes(path, LARGEST_IN_MEMORY, variables)
@@ -233,7 +229,12 @@ def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]
             experiment = dataset.coords.get("experiment")
             if experiment is not None and experiment.ndim == 0 and experiment.item() != path.stem:
                 raise ResultError(f"{path}: holds experiment {experiment.item()}, not the one of its name")
-            yield dataset
+            for name in variables:
+                if name not in dataset:
+                    raise ResultError(
+                        f"{path}: has no variable {name!r}; it has {', '.join(map(str, dataset))}"
+                    )
+            return dataset[list(variables)].load() if variables else dataset.load()
     except FileNotFoundError:
         raise absent(path) from None
     except ResultError:
@@ -243,23 +244,6 @@ def _checked(path: Path, variables: Sequence[str] = ()) -> Generator[xr.Dataset]
             raise ResultError(f"{path}: cannot be read ({error.strerror})") from None
         text = " ".join(str(error).split())
         raise ResultError(f"{path}: not a readable NetCDF-4 file ({text}); delete it and rerun") from None
-
-
-def read(path: Path | str, *variables: str) -> xr.Dataset:
-    """Read a results file, or some of its variables, into memory.
-
-    Raises
-    ------
-    ResultError
-        If the file is missing, damaged, truncated or not from pneumo, or a variable is missing in it.
-    """
-    with _checked(Path(path), variables) as dataset:
-        missing = [name for name in variables if name not in dataset]
-        if missing:
-            raise ResultError(
-                f"{path}: has no variable {missing[0]!r}; it has {', '.join(map(str, dataset))}"
-            )
-        return dataset[list(variables)].load() if variables else dataset.load()
 
 
 def open_grid(folder: Path | str) -> xr.Dataset:

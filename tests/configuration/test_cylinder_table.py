@@ -7,7 +7,7 @@ import yaml
 
 from pneumo.configuration.parameters import load, read_sources, study
 from pneumo.configuration.plausible_cylinders import checked
-from pneumo.errors import BadRowsError, ConfigurationError, as_lines
+from pneumo.errors import ConfigurationError, as_lines
 from pneumo.selection.cylinder_template import TEMPLATE
 
 HEAD = "name,bore_mm,stroke_mm,mass_kg,friction_Ns_per_m,k_x_k_u_m2_per_V,u_max_V,seed,sample_time_s"
@@ -109,7 +109,7 @@ def test_a_row_with_too_many_cells_is_named(fleet):
 
 def test_all_bad_rows_are_named_at_once_each_in_a_line(fleet):
     file = fleet(f"a,{BORE}", f"b,{ROW}", f"c,{BORE}")
-    with pytest.raises(BadRowsError) as error:
+    with pytest.raises(ConfigurationError) as error:
         checked(read_sources(file), trust=True)
     for line, row in zip(as_lines(error.value).splitlines(), (2, 4), strict=True):
         assert line.startswith(

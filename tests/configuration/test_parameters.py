@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from paper_study import STUDY
 
+from paper.study.stored_runs import from_json
 from pneumo import testing as some
 from pneumo.configuration import schema_readme
-from pneumo.configuration.experiment import Excitation
+from pneumo.configuration.experiment import Excitation, to_json
 from pneumo.configuration.parameters import accuracy, load, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema_parts import merged
-from pneumo.configuration.study_json import from_json, to_json
 from pneumo.configuration.uncertain import conversion_notes, uncertainties
 from pneumo.errors import ConfigurationError
 from pneumo.physics.cylinder import heat_area
@@ -167,7 +167,7 @@ def test_rod_weight_and_load():
     assert c.V_d_B == 7e-6 and c.V_d_A == flat.V_d_A
 
 
-def test_an_override_of_the_wall_s_conductance_replaces_its_coefficient(tmp_path):
+def test_an_override_of_a_key_replaces_its_alternative(tmp_path):
     mine = tmp_path / "mine.yaml"
     mine.write_text("experiments: {E01: {k_0_W_per_K: 0.3}, E03: {lambda_0_W_per_m2K: 40}}\n")
     experiments = study(load(PAPER, mine)).experiments
@@ -175,6 +175,11 @@ def test_an_override_of_the_wall_s_conductance_replaces_its_coefficient(tmp_path
     assert experiments["E03"].plant.k_0 == pytest.approx(
         40 * heat_area(0.0, experiments["E03"].plant.cylinder)
     )
+    mine.write_text("cylinders: {D: {valve: {C_dm3_per_sbar: 1.5, b: 0.3}}}\n")
+    other = tmp_path / "other.yaml"
+    other.write_text("cylinders: {D: {valve: {Q_n_l_per_min: 100}}}\n")
+    valve = load(PAPER, mine, other).cylinders["D"].valve
+    assert valve.flow_as_given == ("Q_n_l_per_min", 100.0) and valve.b == 0.3
 
 
 def test_signals():

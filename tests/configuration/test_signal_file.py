@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pneumo.configuration.signal_file import read_column
+from pneumo.configuration.text_file import read_column
 from pneumo.errors import ConfigurationError
 
 

@@ -21,7 +21,7 @@ from readable_equations import (
 import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Plant
 from pneumo.configuration.sampling import INTERPOLATED, Sampling
-from pneumo.physics.cylinder import Cylinder, chamber_of, sign_of
+from pneumo.physics.cylinder import Cylinder, Side, chamber_of
 from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_array
 from pneumo.physics.valve import Conditions, Gas, Valve
 from pneumo.simulation import polynomials
@@ -31,7 +31,7 @@ from pneumo.simulation.replay import replay_one_by_one
 from pneumo.testing import plants
 
 EPS = np.finfo(float).eps
-TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Sampling, Lane)
+TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Lane)
 HEADER = Path(core.__file__).with_name("maths.h").read_text(encoding="utf-8")
 
 
@@ -93,7 +93,7 @@ def test_power(x, y):
 )
 def test_rates_are_those_of_the_readable_equations(plant, model, u, at, v, P, T, side):
     c = plant.conditions
-    x, sign, chamber = at * plant.cylinder.stroke / 2, sign_of(side), chamber_of(plant.cylinder, side)
+    x, sign, chamber = at * plant.cylinder.stroke / 2, Side(side).sign, chamber_of(plant.cylinder, side)
     row = full_order_lane(plant.gas.gamma) if model is None else lane(model, 1.2, plant.gas.gamma)
     arguments = sign * u, sign * x, sign * v, P
     wanted = chamber_rates(*arguments, T, chamber, plant, row)

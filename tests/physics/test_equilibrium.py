@@ -20,9 +20,8 @@ def surplus(P, P_s, P_atm, gas, area_ratio):
 
 @given(some.gases(), some.conditions(), st.floats(0.05, 20.0), st.booleans())
 def test_root_is_that_of_scipy(gas, conditions, area_ratio, elliptic):
-    # The same steps in the same order; 1e-12, many roundings, where its compiler fuses products and sums.
     P_s, P_atm, gas = conditions.P_s, conditions.P_atm, gas._replace(elliptic=elliptic)
-    root = brentq(surplus, P_atm, P_s, (P_s, P_atm, gas, area_ratio), xtol=1e-9 * P_atm, rtol=1e-14)
+    root = brentq(surplus, P_atm, P_s, (P_s, P_atm, gas, area_ratio), xtol=1e-12 * P_atm, rtol=1e-15)
     assert equilibrium_pressure(P_s, P_atm, gas, area_ratio) == pytest.approx(root, rel=1e-12)
 
 

@@ -109,7 +109,7 @@ def test_interpolated_samples_are_numpys(name, late, every):
 def test_held_samples_are_those_of_the_steps_start(late, every):
     e = lasting("E06", 0.3)
     at = np.maximum(np.arange(e.steps) // every - late, 0) * every
-    sampling = Sampling(held=True, delay=(float(late),) * 3, every=every)
+    sampling = Sampling("hold", delay=(float(late),) * 3, every=every)
     assert_read(e, sampling, lambda series: np.repeat(series[at, np.newaxis], 6, axis=1))
 
 

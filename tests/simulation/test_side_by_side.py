@@ -11,7 +11,7 @@ from paper_study import STUDY, lasting
 
 from pneumo import testing as some
 from pneumo.configuration.experiment import Drive
-from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED, Sampling
+from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, INTERPOLATED, Sampling
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
 from pneumo.physics.valve import exact_gas
 from pneumo.simulation import polynomials
@@ -22,7 +22,13 @@ from pneumo.simulation.replay import LEFT_RANGE, OK, replay, replay_one_by_one
 
 LANES, _ = grid_lanes(STUDY.n, 1.4)
 LINEAR = INTERPOLATED
-SAMPLINGS = [LINEAR, EXACT_SAMPLING, HELD, HELD_TO_NEXT, Sampling(held=True, delay=(1.0, 1.0, 1.0), every=3)]
+SAMPLINGS = [
+    LINEAR,
+    EXACT_SAMPLING,
+    HELD,
+    Sampling("hold_next"),
+    HELD._replace(delay=(1.0, 1.0, 1.0), every=3),
+]
 EPS = np.finfo(float).eps
 COUNT = len(LANES)
 DIFFERENT = len(np.unique(LANES, axis=0))

@@ -5,12 +5,13 @@ import pytest
 from paper_study import lasting
 
 from pneumo.configuration.experiment import MOST_HALVINGS
-from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, HELD_TO_NEXT, INTERPOLATED
+from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, INTERPOLATED, Sampling
 from pneumo.simulation.full_order import RAN, failure, record, run
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, replay, replay_one_by_one
 
 LANES, _ = grid_lanes((1.0, 1.2, 1.4), 1.4)
+TO_NEXT = Sampling("hold_next")
 
 
 def coarse(name, factor, most=MOST_HALVINGS, seconds=3.0):
@@ -53,7 +54,7 @@ def test_a_run_that_fails_survives_by_halving_near_a_finer_one():
     assert np.abs(P - P_exact).max() < 5e-3 * mended.plant.conditions.P_0
 
 
-@pytest.mark.parametrize("sampling", [INTERPOLATED, HELD, HELD_TO_NEXT, EXACT_SAMPLING])
+@pytest.mark.parametrize("sampling", [INTERPOLATED, HELD, TO_NEXT, EXACT_SAMPLING])
 @pytest.mark.parametrize("name", ["E06", "E12"])
 def test_both_kernels_halve_alike(name, sampling):
     r = record(coarse(name, 10))
@@ -83,9 +84,9 @@ def test_a_step_whose_end_reads_the_next_sample_is_halved_only_where_it_fails(re
     r = record(coarse("E02", 2))
     assert r.halvings.any()
     plain = r._replace(most_halvings=0)
-    ours, theirs = replayed(r, LANES, HELD_TO_NEXT), replayed(plain, LANES, HELD_TO_NEXT)
+    ours, theirs = replayed(r, LANES, TO_NEXT), replayed(plain, LANES, TO_NEXT)
     assert (theirs.status == OK).all() and np.array_equal(ours.mse, theirs.mse)
     r = record(coarse("E06", 10))
     plain = r._replace(most_halvings=0)
-    assert (replayed(plain, LANES, HELD_TO_NEXT).status != OK).any()
-    assert (replayed(r, LANES, HELD_TO_NEXT).status == OK).all()
+    assert (replayed(plain, LANES, TO_NEXT).status != OK).any()
+    assert (replayed(r, LANES, TO_NEXT).status == OK).all()

@@ -17,7 +17,7 @@ from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.stored_runs import read_study
 from paper.study.stored_verdict import OF_EVIDENCE, stored_verdict
 from pneumo.cli.commands import app
-from pneumo.configuration.study_json import to_json
+from pneumo.configuration.experiment import to_json
 from pneumo.errors import ResultError
 from pneumo.storage.files import write, write_text
 from pneumo.verdict.facts import headline_text

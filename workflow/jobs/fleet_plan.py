@@ -61,13 +61,12 @@ class Resources(NamedTuple):
 
 def resources(configuration: Configuration) -> Resources:
     """Return the resources that the runs of a configuration need, from their simulated time."""
-    run, seconds, longest = configuration.run, 0.0, 0.0
-    chosen = configuration.experiments if run.experiments == "all" else run.experiments
-    for e in (configuration.experiments[name] for name in chosen):
-        steps = min(e.duration_s, run.duration_limit_s or e.duration_s) / configuration.step_s
-        valve = configuration.cylinders[e.cylinder].valve
+    seconds, longest = 0.0, 0.0
+    for name in configuration.chosen:
+        steps = configuration.duration(name) / configuration.step_s
+        valve = configuration.cylinders[configuration.experiments[name].cylinder].valve
         slow = LEAKING if valve and valve.leak_dm3_per_sbar else 1.0
-        seconds += SECONDS_PER_STEP * slow * steps * run.seeds * len(configuration.n)
+        seconds += SECONDS_PER_STEP * slow * steps * configuration.run.seeds * len(configuration.n)
         longest = max(longest, steps)
     return Resources(seconds, BYTES_PER_STEP * longest)
 

@@ -12,8 +12,8 @@ from paper.study.paper_2006.results import PrintedTables, StudyResults
 from paper.study.paper_2006.summary import EXPERIMENTS, highlights
 from paper.study.paper_2006.suspected_misprints import ARGUMENTS
 from paper.study.samplings import STUDY_SAMPLINGS
+from pneumo.configuration.experiment import plain
 from pneumo.configuration.parameters import load, study
-from pneumo.configuration.study_json import plain
 from pneumo.errors import ResultError
 from pneumo.verdict.judging import Paper, Sources
 

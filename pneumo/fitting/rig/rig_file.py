@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.errors import ConfigurationError, printable, shown
 from pneumo.fitting import fitted_parameters
-from pneumo.physics.gases import GASES
-from pneumo.physics.valve import Gas
+from pneumo.physics.valve import GASES, Gas
 
 SENSORS = ("valve", "chamber")  # ends of a hose
 UNITS = {  # by the end of a key: factor to SI units, SI unit, and unit in tables

@@ -4,7 +4,7 @@ import pytest
 
 from pneumo.errors import ConfigurationError
 from pneumo.fitting.rig.rig_file import QUANTITIES, key, read_rig, rig
-from pneumo.physics.gases import GASES
+from pneumo.physics.valve import GASES
 
 TANK = {"volume_L": 16, "orifice_mm": 2.7}
 VALVE = {"valve_C_in_dm3_per_sbar": 1, "valve_C_out_dm3_per_sbar": 1, "P_s_bar": 6}
