@@ -159,7 +159,7 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
         let("m_in m_out", "kg/s", lambda k: (k.m, 0.0) if k.m > 0 else (0.0, -k.m))
     let("area_ratio", "A_q(x)/A_q(0)", lambda k: heat_area(k.x, cylinder) / heat_area(0.0, cylinder))
 
-    def air(k: Any) -> tuple[Any, ...]:
+    def air(k: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
         return k.P, k.T, k.V, k.dV_dt, k.m_in, k.m_out
 
     def heat(k: Any) -> Any:
