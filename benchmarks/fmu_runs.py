@@ -21,11 +21,11 @@ import xarray as xr
 from fmpy.fmi2 import FMU2Slave, fmi2Real, fmi2ValueReference
 
 from paper.study import PAPERS
-from pneumo.configuration.experiment import Experiment
+from pneumo.configuration.experiment import Drive, Experiment
 from pneumo.configuration.parameters import load, study
 from pneumo.equations.system import FULL_ORDER
 from pneumo.export import exported, write_files
-from pneumo.simulation.excitation import command, reference_series, reversed_at, reversed_late
+from pneumo.simulation.excitation import command, reference_series, reversed_late
 
 OUTPUTS = ("x", "v", "P_A", "P_B", "T_A", "T_B")
 
@@ -68,6 +68,21 @@ class Stepped:
         rmtree(self.folder)
 
 
+def _reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[float, float]:
+    """Reverse the open-loop command where the piston is beyond `Drive.x_reverse` and would be driven further.
+
+    `reference`, V, is the one drawn for the step that begins at x, m; `sign` is the sign of the sequence so
+    far. Returns the reference to use and the sign of the sequence from now on. Both are returned unchanged in
+    closed loop, and where `command` reverses the reference at every stage instead.
+    """
+    if drive.closed_loop or (drive.each_stage and not drive.toggles):
+        return reference, sign
+    reference *= sign
+    if abs(x) < drive.x_reverse or reference * x <= 0:
+        return reference, sign
+    return -reference, -sign if drive.toggles else sign
+
+
 def fmu_run(e: Experiment, folder: Path, every: int = 1) -> xr.Dataset:
     """Run of an experiment as `pneumo paper verdict --runs` reads it; the FMU is written into a folder."""
     file = f"{e.name}.fmu"
@@ -77,7 +92,7 @@ def fmu_run(e: Experiment, folder: Path, every: int = 1) -> xr.Dataset:
     states, u, sign = np.empty((e.steps + 1, len(OUTPUTS))), np.empty(e.steps + 1), 1.0
     for k, draw in enumerate(draws.tolist()):
         states[k] = model.read()
-        reference, sign = reversed_at(states[k, 0], draw, sign, e.drive)
+        reference, sign = _reversed_at(states[k, 0], draw, sign, e.drive)
         u[k] = command(reference, states[k, 0], e.drive)
         if k == e.steps:
             break

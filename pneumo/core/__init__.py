@@ -5,7 +5,6 @@ and named tuples through `array`, `out` and `struct`, which refuse what the C co
 releases Python's lock.
 """
 
-from collections.abc import Iterable
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -21,9 +20,9 @@ LONGEST = 2**40  # of any count of samples, lanes or parts
 CTYPES = {np.dtype(np.float64): "double[]", np.dtype(np.int8): "int8_t[]", np.dtype(np.int64): "int64_t[]"}
 
 
-def struct(name: str, values: Iterable[Any]) -> Any:
-    """C struct of a named tuple: same fields, same order, nested ones too."""
-    return ffi.new(f"{name} *", tuple(values))
+def struct(name: str, values: tuple[Any, ...] | dict[str, Any]) -> Any:
+    """C struct of a named tuple, whose fields have the same order, nested ones too, or of fields by name."""
+    return ffi.new(f"{name} *", tuple(values) if isinstance(values, tuple) else values)
 
 
 def out(values: np.ndarray) -> Any:
@@ -32,7 +31,7 @@ def out(values: np.ndarray) -> Any:
 
 
 def array(name: str, values: Any, shape: tuple[int | None, ...], dtype: type = np.float64) -> Any:
-    """C pointer to an array that the core reads, copied only if it has another type or layout.
+    """C pointer to an array that the core reads, copied only if it has another type or layout; NULL for None.
 
     `shape` has None where any length is allowed. The pointer keeps the array alive.
 
@@ -41,6 +40,8 @@ def array(name: str, values: Any, shape: tuple[int | None, ...], dtype: type = n
     ValueError
         If the shape is another, or the values are no numbers.
     """
+    if values is None:
+        return ffi.NULL
     values = np.ascontiguousarray(values, dtype=dtype)
     fits = len(shape) == values.ndim and all(b in (None, a) for a, b in zip(values.shape, shape, strict=True))
     if not fits:
@@ -50,9 +51,9 @@ def array(name: str, values: Any, shape: tuple[int | None, ...], dtype: type = n
     return ffi.from_buffer(CTYPES[values.dtype], values)
 
 
-def rows(name: str, values: Any, kind: str, columns: int) -> Any:
-    """C pointer to structs of `columns` numbers each, from an array with a row for each."""
-    pointer = array(name, values, (None, columns))
+def rows(name: str, values: Any, kind: str) -> Any:
+    """C pointer to structs of real numbers, from an array with a row for each."""
+    pointer = array(name, values, (None, ffi.sizeof(kind) // ffi.sizeof("double")))
     return keep(ffi.cast(f"{kind} *", pointer), pointer)
 
 

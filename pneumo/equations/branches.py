@@ -67,6 +67,16 @@ def _equal(left: Any, right: Any) -> Any:
 Traced.__eq__ = _comparison(_equal)  # pyright: ignore[reportAttributeAccessIssue]
 
 
+class _Quantities:
+    """Values of a dictionary as attributes, each used as the function `traced` returns it."""
+
+    def __init__(self, values: dict[str, Any], traced: Callable[[Any], Any]) -> None:
+        self._values, self._traced = values, traced
+
+    def __getattr__(self, name: str) -> Any:
+        return self._traced(self._values[name])
+
+
 class Choice(NamedTuple):
     """A condition (symbol or array of bool) and the result for either answer: a value or a further choice."""
 
@@ -82,10 +92,10 @@ class _Undecided(Exception):
 def choices(function: Callable[..., Any], *arguments: Any, answers: tuple[bool, ...] = ()) -> Any:
     """Results of a function on symbols or arrays, over all its branches, as a tree of `Choice`.
 
-    If the function compares nothing, its result is returned without a `Choice`. Numbers, strings and tuples
-    are passed to the function as they are, all else as `Traced`. `answers` fixes the outcomes of the first
-    comparisons; only the recursion uses it. Branches that divide by the number zero are left out;
-    `ZeroDivisionError` if every branch does.
+    If the function compares nothing, its result is returned without a `Choice`. Numbers are passed to the
+    function as they are, a dictionary as an object with attributes, all else as `Traced`. `answers` fixes the
+    outcomes of the first comparisons; only the recursion uses it. Branches that divide by the number zero are
+    left out; `ZeroDivisionError` if every branch does.
     """
     remaining = iter(answers)
 
@@ -98,9 +108,13 @@ def choices(function: Callable[..., Any], *arguments: Any, answers: tuple[bool, 
             raise _Undecided(condition)
         return answer
 
-    traced = [a if isinstance(a, int | float | str | tuple) else Traced(a, decide) for a in arguments]
+    def traced(value: Any) -> Any:
+        if isinstance(value, dict):
+            return _Quantities(value, traced)
+        return value if isinstance(value, int | float) else Traced(value, decide)
+
     try:
-        return untraced(function(*traced))
+        return untraced(function(*map(traced, arguments)))
     except _Undecided as undecided:
         condition = undecided.args[0]
     branches: list[Any] = []
@@ -122,10 +136,11 @@ def joined_branches(node: Any, choose: Callable[[Any, Any, Any], Any]) -> Any:
     return choose(node.condition, yes, no)
 
 
-def complex_value(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Value of a function of complex numbers; comparisons inside the function compare real parts."""
+def complex_value(function: Callable[[Any], Any], known: dict[str, Any]) -> Any:
+    """Value of a function of known floats or complex numbers; comparisons inside it compare real parts."""
 
     def decide(compare: Callable[..., bool], left: complex, right: complex) -> bool:
         return compare(left.real, right.real)
 
-    return untraced(function(*(Traced(a, decide) if isinstance(a, complex) else a for a in arguments)))
+    traced = lambda value: Traced(value, decide) if isinstance(value, complex) else value  # noqa: E731
+    return untraced(function(_Quantities(known, traced)))

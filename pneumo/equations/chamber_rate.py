@@ -53,8 +53,8 @@ def chamber_rate(
             return import_module("sympy").Piecewise((yes, condition), (no, True))
         return np.where(condition, yes, no)
 
-    def evaluated(function: Any, *arguments: Any) -> Any:
-        return joined_branches(choices(function, *arguments), chosen)
+    def evaluated(function: Any, known: dict[str, Any]) -> Any:
+        return joined_branches(choices(function, known), chosen)
 
     with np.errstate(invalid="ignore"):  # roots of negative numbers, where another branch is chosen
         return chamber_rates(system, Side[side], known, evaluated)[0]

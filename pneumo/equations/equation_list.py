@@ -1,6 +1,6 @@
 """Equations of one chamber, of the piston and of its stops, in the order in which they are solved.
 
-Each `Equation` names a function of `pneumo.physics` and its arguments. `pneumo.equations.system` evaluates
+Each `Equation` calls functions of `pneumo.physics`. `pneumo.equations.system` evaluates
 the equations on numbers; this module makes symbolic assignments of them, for the printers of `pneumo.export`.
 Only the order of the calls is repeated from `pneumo.simulation`; tests compare the two. SymPy, whose import
 takes 0.4 s, is loaded by the functions that need it.
@@ -33,17 +33,49 @@ class Constant(NamedTuple):
 
 
 class Equation(NamedTuple):
-    """A function of `pneumo.physics`, with names for its arguments and its results."""
+    """A function whose argument has all known quantities as attributes, and names for its results."""
 
     names: tuple[str, ...]
-    function: Callable[..., Any]
-    arguments: tuple[str, ...]
+    function: Callable[[Any], Any]
     comment: str  # unit and number of the equation
 
 
-def equation(names: str, function: Callable[..., Any], arguments: str, comment: str) -> Equation:
-    """An `Equation` whose names and arguments are separated by spaces."""
-    return Equation(tuple(names.split()), function, tuple(arguments.split()), comment)
+class Equations(list[Equation]):
+    """Equations in the order in which they are solved; `given` names inputs that end with a place."""
+
+    def __init__(self, given: str = "") -> None:
+        super().__init__()
+        self.known = set(given.split())
+
+    def let(
+        self, names: str, comment: str, function: Callable[[Any], Any], at: str = "", **renamed: str
+    ) -> None:
+        """Append an equation: `names`, separated by spaces, are the first results of a function.
+
+        `at` is a place, such as "_mid". It follows each of `names`, or replaces {} there, and each quantity
+        of the function that is known at that place. `renamed` has other names of such quantities.
+        """
+        results = tuple(name.format(at) if "{}" in name else name + at for name in names.split())
+
+        def first(k: Any) -> Any:
+            result = function(_Placed(k, self.known, at, renamed) if at or renamed else k)
+            return result[: len(results)] if isinstance(result, tuple) else result
+
+        self.known |= {*results}
+        self.append(Equation(results, first, comment))
+
+
+class _Placed(NamedTuple):
+    """Known quantities, of which a function uses those of a place by their names without it."""
+
+    quantities: Any
+    known: set[str]
+    at: str
+    renamed: dict[str, str]
+
+    def __getattr__(self, name: str) -> Any:
+        placed = name + self.at if name + self.at in self.known else name
+        return getattr(self.quantities, self.renamed.get(name, placed))
 
 
 class Statement(NamedTuple):
@@ -61,52 +93,43 @@ WALL_EQUATION = {"none": "none", "k_0": "eq (13)", "lambda_0 A_q": "eq (11)", "l
 
 def valve_equations(
     plant: Plant, dynamics: ValveDynamics, two_valves: bool, substep: bool = False
-) -> list[Equation]:
+) -> Equations:
     """Equations of the valve from the command u, or u_A and u_B, to the effective `u_valve`, or two of these.
 
     With a lag, `opening` is a state: results include its rate, or, in a substep of s seconds, its value at
     the end. A valve with `Paths` has their openings as results, such as `inlet_A`.
     """
     lag, null, dead_band = dynamics.lag, dynamics.null, dynamics.dead_band
-    paths, equations = plant.valve.paths, list[Equation]()
+    paths, equations = plant.valve.paths, Equations("u_A u_B opening_A opening_B" if two_valves else "")
+    let = equations.let
 
-    def rate(u: Any, opening: Any) -> Any:
-        return opening_rate(u, opening, lag)
-
-    def followed(u: Any, opening: Any, s: Any) -> tuple[Any, Any]:
-        after = u + (opening - u) / (1 + s / lag + (s / lag) ** 2 / 2)
-        return after, (opening + after) / 2
-
-    def limit(u: Any) -> Any:
-        return limited(u, plant.valve.u_max)
-
-    def shut(u: Any) -> Any:
-        return beyond_dead_band(u, null, dead_band)
+    def followed(k: Any) -> tuple[Any, Any]:
+        after = k.u_limited + (k.opening - k.u_limited) / (1 + k.s / lag + (k.s / lag) ** 2 / 2)
+        return after, (k.opening + after) / 2
 
     for of in ("_A", "_B") if two_valves else ("",):
+        limit = "u_valve" if dynamics.proportional else "u_limited"
+        unit, spool = "V, limited" if dynamics.proportional else "V", "u_limited" + of
+        let(limit, unit, lambda k: limited(k.u, plant.valve.u_max), of)
         if dynamics.proportional:
-            equations.append(equation(f"u_valve{of}", limit, f"u{of}", "V, limited"))
             continue
-        equations.append(equation(f"u_limited{of}", limit, f"u{of}", "V"))
-        spool, known = f"u_limited{of}", f"u_limited{of} opening{of}"
         if lag and substep:
             spool = f"opening{of}_mean"
-            equations.append(
-                equation(f"opening{of}_after {spool}", followed, f"{known} s", "V, first-order lag")
-            )
+            let("opening{}_after opening{}_mean", "V, first-order lag", followed, of)
         elif lag:
-            spool = f"opening{of}"
-            equations.append(equation(f"dopening{of}_dt", rate, known, "V/s, first-order lag"))
-        equations.append(equation(f"u_valve{of}", shut, spool, "V, beyond null offset and dead band"))
+            spool = "opening" + of
+            rate = lambda k: opening_rate(k.u_limited, k.opening, lag)  # noqa: E731
+            let("dopening{}_dt", "V/s, first-order lag", rate, of)
+        shut = lambda k: beyond_dead_band(k.spool, null, dead_band)  # noqa: E731
+        let("u_valve", "V, beyond null offset and dead band", shut, of, spool=spool)
     for side in Side if paths.knots else ():
         sign, of = (1, f"_{side.name}") if two_valves else (side.sign, "")
-        openings = lambda u, sign=sign, side=side: paths.openings(sign * u, side)  # noqa: E731
-        names = " ".join(f"{path}_{side.name}" for path in PATHS)
-        equations.append(equation(names, openings, f"u_valve{of}", "V, openings of the paths"))
+        openings = lambda k, sign=sign, side=side: paths.openings(sign * k.u, side)  # noqa: E731
+        let("inlet outlet", "V, openings of the paths", openings, f"_{side.name}", u=f"u_valve{of}")
     return equations
 
 
-def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) -> list[Equation]:
+def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) -> Equations:
     """Equations of one chamber by a reduced model, or by the full order where `model` is None.
 
     Their inputs are (u, x, v, P, area, V_d), for the full order also T. Without `valve` the
@@ -115,68 +138,59 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
     this chamber.
     """
     gas, restrictions, c, cylinder, k_0 = plant
-    g, A_q0, equations = gas.gamma, heat_area(0.0, cylinder), list[Equation]()
-    row = lane(model, n, g) if model else None
+    g, paths, equations = gas.gamma, restrictions.paths, Equations()
+    let, row = equations.let, lane(model, n, g) if model else None
 
-    def add(names: str, function: Callable[..., Any], arguments: str, comment: str) -> None:
-        equations.append(equation(names, function, arguments, comment))
+    def by_paths(k: Any) -> tuple[Any, Any]:
+        ratios = (k.b_inlet, k.b_outlet) if paths.b else ()
+        return path_flows((k.inlet, k.outlet), ratios, k.P, k.T, restrictions, gas, c)
 
     if model and row:
         law = "eq (6)" if model.temperature == "polytropic" else "constant"
-        add("T", lambda P: temperature(P, c.P_0, c.T_0, row.a), "P", f"K, {law}")
-    add("V", lambda x, *fields: volume(x, Chamber(*fields), cylinder), "x area V_d", "m^3")
-    add("dV_dt", lambda v, area: area * v, "v area", "m^3/s")
-    if valve and restrictions.paths.knots:
-
-        def by_paths(inlet: Any, outlet: Any, P: Any, T: Any, *ratios: Any) -> tuple[Any, Any]:
-            return path_flows((inlet, outlet), ratios, P, T, restrictions, gas, c)
-
-        ratios = " b_inlet b_outlet" if restrictions.paths.b else ""
-        add("m_in m_out", by_paths, f"inlet outlet P T{ratios}", "kg/s, eq (1)")
+        let("T", f"K, {law}", lambda k: temperature(k.P, c.P_0, c.T_0, row.a))
+    let("V", "m^3", lambda k: volume(k.x, Chamber(k.area, k.V_d), cylinder))
+    let("dV_dt", "m^3/s", lambda k: k.area * k.v)
+    if valve and paths.knots:
+        let("m_in m_out", "kg/s, eq (1)", by_paths)
     elif valve:
-        through = lambda u, P, T: chamber_flows(u, P, T, restrictions, gas, c)  # noqa: E731
-        add("m_in m_out", through, "u P T", "kg/s, eqs (1), (2)")
+        through = lambda k: chamber_flows(k.u, k.P, k.T, restrictions, gas, c)  # noqa: E731
+        let("m_in m_out", "kg/s, eqs (1), (2)", through)
     else:
-        add("m_in m_out", lambda m: (m, 0.0) if m > 0 else (0.0, -m), "m", "kg/s")
-    add("area_ratio", lambda x: heat_area(x, cylinder) / A_q0, "x", "A_q(x)/A_q(0)")
-    known = "P T V dV_dt m_in m_out"
+        let("m_in m_out", "kg/s", lambda k: (k.m, 0.0) if k.m > 0 else (0.0, -k.m))
+    let("area_ratio", "A_q(x)/A_q(0)", lambda k: heat_area(k.x, cylinder) / heat_area(0.0, cylinder))
+
+    def air(k: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
+        return k.P, k.T, k.V, k.dV_dt, k.m_in, k.m_out
+
+    def heat(k: Any) -> Any:
+        conductance = wall_conductance(k_0, k.area_ratio, k.P * k.T / (c.P_0 * c.T_0), 1.0, 0.5)
+        return wall_heat(k.T, conductance, c.T_amb)
+
     if model and row:
-        names = ("k_0", "P_0", "T_0", "T_in", "T_amb", "R", "gamma", "lane")
-        rest = dict(zip(names, (k_0, c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, g, row), strict=True))
+        numbers = k_0, c.P_0, c.T_0, c.T_in, c.T_amb, gas.R, g, row
         comment = f"Pa/s, eq (10); wall heat: {WALL_EQUATION[model.wall]}"
-        add("dP_dt", lambda *y: model_dP_dt(*y, **rest), f"{known} area_ratio", comment)
-        return equations
-
-    def heat(P: Any, T: Any, area_ratio: Any) -> Any:
-        conductance = wall_conductance(k_0, area_ratio, P * T / (c.P_0 * c.T_0), 1.0, 0.5)
-        return wall_heat(T, conductance, c.T_amb)
-
-    def pressure(heat: Any, *y: Any) -> Any:
-        return dP_dt(*y, T_inlet=c.T_in, heat=heat, n_V=g, n_in=g, n_out=g, R=gas.R, gamma=g)
-
-    def warming(heat: Any, *y: Any) -> Any:
-        return dT_dt(*y, T_in=c.T_in, heat=heat, R=gas.R, gamma=g)
-
-    add("heat", heat, "P T area_ratio", "W, eqs (7), (8)")
-    add("dP_dt", pressure, f"heat {known}", "Pa/s, eq (4)")
-    add("dT_dt", warming, f"heat {known}", "K/s, eq (5)")
+        let("dP_dt", comment, lambda k: model_dP_dt(*air(k), k.area_ratio, *numbers))
+    else:
+        let("heat", "W, eqs (7), (8)", heat)
+        let("dP_dt", "Pa/s, eq (4)", lambda k: dP_dt(*air(k), c.T_in, k.heat, g, g, g, gas.R, g))
+        let("dT_dt", "K/s, eq (5)", lambda k: dT_dt(*air(k), c.T_in, k.heat, gas.R, g))
     return equations
 
 
-def piston_equations(plant: Plant) -> list[Equation]:
+def piston_equations(plant: Plant) -> Equations:
     """Equations of motion of the piston, eq (3), with the inputs (x, v, P_A, P_B, force)."""
-    forces = lambda *y: acceleration(*y, cylinder=plant.cylinder)  # noqa: E731
-    moves = lambda *y: motion(*y, cylinder=plant.cylinder)  # noqa: E731
-    return [
-        equation("a", forces, "v P_A P_B force", "m/s^2, eq (3)"),
-        equation("dx_dt dv_dt", moves, "x v a", "m/s, m/s^2; 0 on a stop"),
-    ]
+    cylinder, equations = plant.cylinder, Equations()
+    equations.let("a", "m/s^2, eq (3)", lambda k: acceleration(k.v, k.P_A, k.P_B, k.force, cylinder))
+    equations.let("dx_dt dv_dt", "m/s, m/s^2; 0 on a stop", lambda k: motion(k.x, k.v, k.a, cylinder))
+    return equations
 
 
-def stop_equations(plant: Plant) -> list[Equation]:
+def stop_equations(plant: Plant) -> Equations:
     """Equation of the end stops: corrects (x, v) after a step that began with the velocity v_before."""
-    stops = lambda *y: stopped(*y, cylinder=plant.cylinder)  # noqa: E731
-    return [equation("x_after v_after", stops, "x v v_before", "m, m/s, end stops")]
+    equations = Equations()
+    stops = lambda k: stopped(k.x, k.v, k.v_before, plant.cylinder)  # noqa: E731
+    equations.let("x_after v_after", "m, m/s, end stops", stops)
+    return equations
 
 
 def exact_numbers(value: Any) -> Any:
@@ -246,12 +260,19 @@ def _symbols_of_paths(paths: Paths) -> Paths:
     return paths._replace(u=u, supply=table("inlet", paths.supply), exhaust=table("outlet", paths.exhaust))
 
 
+class _Symbols(dict[str, Any]):
+    """Symbols by their names."""
+
+    def __missing__(self, name: str) -> Any:
+        return _real(name)
+
+
 def statements(equations: list[Equation], wanted: set[str]) -> list[Statement]:
     """Symbolic assignments that compute the wanted names, in order, without those not needed for them."""
     needed, result = set(wanted), list[Statement]()
-    for names, function, arguments, comment in reversed(equations):
+    for names, function, comment in reversed(equations):
         if needed & set(names):
-            value = exact_numbers(choices(function, *map(_real, arguments)))
+            value = exact_numbers(choices(function, _Symbols()))
             needed |= names_in(value)
             result.insert(0, Statement(names, value, comment))
     return result

@@ -168,7 +168,7 @@ def _solve(
 ) -> None:
     """Evaluate equations in their order; add their results to the dictionary `known`, by name."""
     for equation in equations:
-        result = evaluate(equation.function, *(known[name] for name in equation.arguments))
+        result = evaluate(equation.function, known)
         values = result if isinstance(result, tuple) else (result,)
         known |= zip(equation.names, values, strict=True)
 

@@ -3,22 +3,26 @@
 import io
 import platform
 import shutil
+import subprocess
 import sys
 import zipfile
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
 from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Literal, NamedTuple
 
 from sympy import Symbol
+from sympy.printing.codeprinter import CodePrinter
 
 from pneumo.equations.branches import Choice
-from pneumo.equations.equation_list import Constant
+from pneumo.equations.equation_list import Constant, Statement
 from pneumo.equations.system import System, quantity, rate_unit
 from pneumo.errors import InputError
-from pneumo.export.c_source import Kink, c99, compiled, printer_of
-from pneumo.export.printing import TEMPLATES, Printed, digits, heading, printed, validity
+from pneumo.export.c_source import Kink, c99, printer_of
+from pneumo.export.printing import TEMPLATES, digits, heading, printed, validity
 from pneumo.physics.cylinder import Side
 
 COMPILER = "gcc"
@@ -91,27 +95,27 @@ def _conditions(value: Any) -> list[Any]:
     return [value.condition, *_conditions(value.yes), *_conditions(value.no)]
 
 
-def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
+def kinks(system: System, parts: dict[str, list[Statement]], printer: CodePrinter) -> tuple[Kink, ...]:
     """Expressions at whose change of sign a rate jumps or bends: conditions in the equations, end stops."""
-    printer, result, seen = printer_of(parts), list[Kink](), set[Any]()
+    result, seen = list[Kink](), set[Any]()
 
     def add(zero: Any, meaning: str) -> None:
         if zero not in seen and -zero not in seen:
             seen.add(zero)
             result.append(Kink(str(printer.doprint(zero)), meaning))
 
-    for condition in (c for statement in parts.valve for c in _conditions(statement.value)):
+    for condition in (c for statement in parts["valve"] for c in _conditions(statement.value)):
         add(condition.lhs - condition.rhs, f"{condition}, valve")
     for side in Side:
         outside = {name: sign * Symbol(outer) for name, (sign, outer) in system.flows(side).items()}
         outside["P"] = Symbol(f"state[{system.name}_P_{side.name}]")
         constant = {name: f"p->{outer}" for name, outer in system.of_chambers[side.name].items()}
         outside |= {name: Symbol(outer) for name, outer in constant.items()}
-        for condition in (c for statement in parts.chamber for c in _conditions(statement.value)):
+        for condition in (c for statement in parts["chamber"] for c in _conditions(statement.value)):
             inner = {s: outside[s.name] for s in condition.free_symbols if s.name in outside}
             add((condition.lhs - condition.rhs).xreplace(inner), f"{condition}, chamber {side.name}")
     if system.piston and not system.plant.cylinder.coulomb:  # else there is no model exchange
-        (force,) = (statement.value for statement in parts.piston if statement.names == ("a",))
+        (force,) = (statement.value for statement in parts["piston"] if statement.names == ("a",))
         places = {f"P_{side.name}": f"state[{system.name}_P_{side.name}]" for side in Side}
         places |= {"x": f"state[{system.name}_x]", "v": f"state[{system.name}_v]"}
         places["force"] = f"inputs[{system.name}_force]"
@@ -122,9 +126,7 @@ def kinks(system: System, parts: Printed) -> tuple[Kink, ...]:
     return tuple(result)
 
 
-def _variables(
-    system: System, constants: list[Constant], indicators: tuple[Kink, ...], longest_step: str
-) -> list[Variable]:
+def _variables(system: System, constants: list[Constant], indicators: tuple[Kink, ...]) -> list[Variable]:
     """All variables of the FMU, with the value references that instance.h uses."""
     variables = list[Variable]()
 
@@ -133,7 +135,7 @@ def _variables(
         return variables[-1]
 
     tuned = {"causality": "parameter", "variability": "tunable", "initial": "exact"}
-    add("longest_step", 1, "s", "longest step inside a step of co-simulation", start=longest_step, **tuned)
+    add("longest_step", 1, "s", "longest step inside a step of co-simulation", start=digits(STEP), **tuned)
     for i, c in enumerate(constants):
         unit, variability = c.unit if c.unit in UNITS else "", "fixed" if c.name in GAS else "tunable"
         options = tuned | {"variability": variability, "start": digits(c.value)}
@@ -164,11 +166,10 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
     """
     if fmi not in (2, 3):
         raise InputError(f"--fmi {fmi}: must be 2 or 3")
-    parts = printed(system)
-    indicators = kinks(system, parts)
+    parts, constants = printed(system)
+    indicators = kinks(system, parts, printer_of(constants))
     sources = c99(system, system.name, kinks=indicators, derivatives=True)
     del sources[f"{system.name}_test.c"]
-    longest_step = digits(STEP)
     # With Coulomb friction a step that reverses the velocity ends at rest, which an outer solver cannot do.
     stuck = system.piston and system.plant.cylinder.coulomb > 0
     kinds = ["CoSimulation"] if stuck else ["ModelExchange", "CoSimulation"]
@@ -180,15 +181,15 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
         "tool": f"pneumo {version('pneumo')}",
         "title": " ".join((heading(system).partition("\n")[0], validity(system))).rstrip(),
         "kinds": kinds,
-        "constants": parts.constants,
+        "constants": constants,
         "piston": system.piston and "ModelExchange" in kinds,
         "kinks": indicators,
         "references": REFERENCES,
         "units": UNITS,
-        "longest_step": longest_step,
+        "longest_step": digits(STEP),
         "start": [digits(value) for value in system.at_rest],
         "nominals": ", ".join(map(digits, system.scale)),
-        "variables": _variables(system, parts.constants, indicators, longest_step),
+        "variables": _variables(system, constants, indicators),
     }
 
     def text(template: str) -> str:
@@ -214,10 +215,18 @@ def _binaries(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
         compilers = {}
     flags = ["-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-s"]
     binaries = dict[str, bytes]()
-    for of, compiler in compilers.items():
-        if folder := of.fmi_2 if fmi == 2 else of.fmi_3:
-            file = f"binaries/{folder}/{name}{of.suffix}"
-            binaries[file] = compiled([*compiler, *flags], sources, f"model{of.suffix}", ["-lm"])
+    with TemporaryDirectory() as folder:
+        for source, text in sources.items():
+            (Path(folder) / source).write_text(text, encoding="utf-8")
+        units = [source for source in sources if source.endswith(".c")]
+        for of, compiler in compilers.items():
+            if place := of.fmi_2 if fmi == 2 else of.fmi_3:
+                library = f"model{of.suffix}"
+                command = [*compiler, *flags, "-o", library, *units, "-lm"]
+                ran = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+                if ran.returncode:
+                    raise InputError(f"{compiler[0]}: {ran.stderr.strip().splitlines()[0]}")
+                binaries[f"binaries/{place}/{name}{of.suffix}"] = (Path(folder) / library).read_bytes()
     return binaries
 
 

@@ -8,6 +8,10 @@ from pneumo.equations.system import System, step
 
 COUNT = 16
 H = 1e-3  # s
+TOLERANCE = {  # of test programs, relative
+    "double": 1e-12,  # some hundred roundings of 1.1e-16
+    "float": 1e-4,  # the same of 6e-8, and rates that cancel
+}
 
 
 class KnownStep(NamedTuple):

@@ -1,6 +1,6 @@
 """Text common to all targets: numbers, the heading, assignments with their branches."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from importlib.metadata import version
 from textwrap import wrap
 from typing import Any, NamedTuple
@@ -9,11 +9,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from sympy import Symbol
 from sympy.printing.codeprinter import CodePrinter
 
-from pneumo.configuration.experiment import Plant
 from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import (
     Constant,
-    Equation,
+    Equations,
     Statement,
     chamber_equations,
     constants,
@@ -40,65 +39,70 @@ TEMPLATES = Environment(
 )
 
 
-class Substep(NamedTuple):
-    """Symbolic assignments of a substep, by `pneumo.equations.substep`; by its parts."""
-
-    valve: list[Statement]
-    before: list[Statement]
-    chamber: list[Statement]
-    after: list[Statement]
-    opened: list[Statement]  # inputs of the pace
-    pace: list[Statement]  # of one chamber
-
-
 class Printed(NamedTuple):
-    """Symbolic assignments of a system, by its parts, and the constants that they need."""
+    """Symbolic assignments of a system, by its parts, and the constants that they need.
 
-    valve: list[Statement]
-    chamber: list[Statement]
-    piston: list[Statement]
-    stops: list[Statement]
+    Rates have the parts valve, chamber, piston and stops; a substep has before, opened, moved and after; its
+    length has flows and pace. Those of an absent valve or piston are empty.
+    """
+
+    parts: dict[str, list[Statement]]
     constants: list[Constant]
-    substep: Substep
 
 
 def printed(system: System, also: Iterable[str] = ()) -> Printed:
-    """Symbolic assignments of a system; the lists for valve and piston are empty without one.
+    """Symbolic assignments of a system.
 
     `also` names further constants to include, beside those that the assignments need.
     """
     plant, dynamics, n = symbols_of(system.plant), symbols_of_valve(system.dynamics), Symbol("n", real=True)
-    flows = {outer for side in Side for _, outer in system.flows(side).values()}
-
-    def of_valve(wanted: Iterable[str], substep: bool = False) -> list[Statement]:
-        if not system.valve:
-            return []
-        return statements(valve_equations(plant, dynamics, system.two_valves, substep), {*wanted})
-
-    def of_piston(equations: Callable[[Plant], list[Equation]], *wanted: str) -> list[Statement]:
-        return statements(equations(plant), {*wanted}) if system.piston else []
-
-    def of_chamber(equations: list[Equation], pattern: str) -> list[Statement]:
-        return statements(equations, {pattern.format(name) for name in system.chamber_states})
-
-    substep = Substep(
-        of_valve([*flows, *(f"{name}_after" for name in system.openings)], substep=True),
-        of_piston(piston_before, "x_after", "s_part", "stop", "F_before", "v_free"),
-        of_chamber(chamber_substep(system.model, n, plant, system.valve), "{}_after"),
-        of_piston(piston_after, "v_after"),
-        of_valve(flows),
-        statements(chamber_pace(plant, system.valve), {"pace"}),
-    )
-    parts = (
-        of_valve([*flows, *(f"d{name}_dt" for name in system.openings)]),
-        of_chamber(chamber_equations(system.model, n, plant, system.valve), "d{}_dt"),
-        of_piston(piston_equations, "dx_dt", "dv_dt"),
-        of_piston(stop_equations, "x_after", "v_after"),
-    )
-    needed = names_in(tuple(s.value for part in (*parts, *substep) for s in part))
+    model, valve, own = system.model, system.valve, system.chamber_states
+    flows = [outer for side in Side for _, outer in system.flows(side).values()]
+    of_valve = valve_equations(plant, dynamics, system.two_valves)
+    opened = valve_equations(plant, dynamics, system.two_valves, substep=True)
+    met = ("x_after", "s_part", "stop", "F_before", "v_free")
+    wanted: dict[str, tuple[bool, Equations, Iterable[str]]] = {
+        "valve": (valve, of_valve, [*flows, *(f"d{name}_dt" for name in system.openings)]),
+        "chamber": (True, chamber_equations(model, n, plant, valve), (f"d{name}_dt" for name in own)),
+        "piston": (system.piston, piston_equations(plant), ("dx_dt", "dv_dt")),
+        "stops": (system.piston, stop_equations(plant), ("x_after", "v_after")),
+        "before": (system.piston, piston_before(plant), met),
+        "opened": (valve, opened, [*flows, *(f"{name}_after" for name in system.openings)]),
+        "moved": (True, chamber_substep(model, n, plant, valve), (f"{name}_after" for name in own)),
+        "after": (system.piston, piston_after(plant), ("v_after",)),
+        "flows": (valve, of_valve, flows),
+        "pace": (True, chamber_pace(plant, valve), ("pace",)),
+    }
+    parts = {part: statements(of, {*names}) if there else [] for part, (there, of, names) in wanted.items()}
+    needed = names_in(tuple(s.value for part in parts.values() for s in part))
     needed |= {name for names in system.of_chambers.values() for name in names.values()}.union(also)
     known = constants(system.plant, system.n, system.dynamics)
-    return Printed(*parts, [constant for constant in known if constant.name in needed], substep)
+    return Printed(parts, [constant for constant in known if constant.name in needed])
+
+
+def known_to_all(system: System, mark: str = "") -> dict[str, Any]:
+    """What templates of every target use; `mark` begins each line of the heading."""
+    return {
+        "M": system.name,
+        "heading": heading(system, mark),
+        "digits": digits,
+        "inputs": system.inputs,
+        "states": system.states,
+        "rates": [f"d{name}_dt" for name in system.states],
+        "openings": system.openings,
+        "own_flows": system.flow_inputs,
+        "own_inputs": [*system.flow_inputs, "x", "v"],
+        "own_states": [*system.chamber_states],
+        "own_constants": [*system.of_chambers["A"]],
+        "chambers": {
+            side.name: {
+                "sign": "-" * (side.sign < 0),
+                "flows": [("-" * (sign < 0), name) for sign, name in system.flows(side).values()],
+                "constants": list(system.of_chambers[side.name].values()),
+            }
+            for side in Side
+        },
+    }
 
 
 def digits(value: float) -> str:
@@ -143,11 +147,6 @@ def validity(system: System) -> str:
 def indented(lines: list[str]) -> list[str]:
     """Lines one level further right."""
     return ["    " + line for line in lines]
-
-
-def block(lines: list[str]) -> str:
-    """Text of lines one level further right."""
-    return "\n".join(indented(lines))
 
 
 def assignments(

@@ -7,6 +7,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.equations.system import system
 from pneumo.errors import InputError
 from pneumo.export.c_source import c99
+from pneumo.export.fmu import fmu
 from pneumo.export.observer_noise import observer_noise
 from pneumo.export.scripts import casadi, matlab
 from pneumo.export.structured_text import structured_text
@@ -71,7 +72,8 @@ def exported(
     """
     moving = piston or observer is not None
     chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics, two_valves=two_valves)
-    name, script = chosen.name, target in ("matlab", "casadi")
+    name, script, observed = chosen.name, target in ("matlab", "casadi"), observer is not None
+    stem = name if stem is None else stem
     problems = {
         f"--to {target}: no such target; there are {', '.join(TARGETS)}": target not in TARGETS,
         f"--precision {precision}: must be one of {', '.join(PRECISIONS)}": precision not in PRECISIONS,
@@ -81,26 +83,22 @@ def exported(
         f"model name {name!r}: must be letters, digits and _; an exported function gets this name": not (
             name.isascii() and name.isidentifier()
         ),
+        f"--piston, --no-valve: only with --to c, st and fmu; {target} gets the chambers with their valve": (
+            script and not observed and (piston or not valve)
+        ),
+        "--observer: only with --to c, and without --no-valve": observed and (target != "c" or not valve),
+        "--observer: not for a cylinder with valve_dynamics: its filter models no lag or dead band": (
+            observed and not dynamics.proportional
+        ),
+        "--observer: not with --two-valves: its filter models one valve": observed and two_valves,
+        f"--output {stem!r}: its #include could not be read; leave out quotes and backslashes": (
+            target == "c" and not (stem.isprintable() and not {*stem} & {'"', "\\"})
+        ),
     }
-    if observer is None:
-        scope = (
-            f"--piston, --no-valve: only with --to c, st and fmu; {target} gets the chambers with their valve"
-        )
-        problems[scope] = script and (piston or not valve)
-    else:
-        problems["--observer: only with --to c, and without --no-valve"] = target != "c" or not valve
-        lagging = "--observer: not for a cylinder with valve_dynamics: its filter models no lag or dead band"
-        problems[lagging] = not dynamics.proportional
-        problems["--observer: not with --two-valves: its filter models one valve"] = two_valves
-    stem = name if stem is None else stem
-    unreadable = f"--output {stem!r}: its #include could not be read; leave out quotes and backslashes"
-    problems[unreadable] = target == "c" and not (stem.isprintable() and not {*stem} & {'"', "\\"})
     for text, wrong in problems.items():
         if wrong:
             raise InputError(text)
     if target == "fmu":
-        from pneumo.export.fmu import fmu
-
         return {f"{stem}.fmu": fmu(chosen, fmi)}
     if target == "c":
         noise = None if observer is None else observer_noise(chosen, observer)

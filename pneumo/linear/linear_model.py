@@ -41,26 +41,22 @@ def derivatives(system: System, state: Sequence[float], inputs: Sequence[float])
 
 def _check_point(system: System, point: dict[str, float]) -> None:
     plant, u, x, v = system.plant, *(point[name] for name in ("u", "x", "v"))
-    c, cylinder, u_max = plant.conditions, plant.cylinder, plant.valve.u_max
-    dynamics = system.dynamics
-    opening = beyond_dead_band(u, dynamics.null, dynamics.dead_band)
-    paths = plant.valve.paths
+    c, cylinder, u_max, paths = plant.conditions, plant.cylinder, plant.valve.u_max, plant.valve.paths
+    opening, half = beyond_dead_band(u, system.dynamics.null, system.dynamics.dead_band), cylinder.stroke / 2
+    shut = not paths.knots and opening == 0
     problems = {
         f"{point}: must be finite numbers": not np.isfinite(list(point.values())).all(),
-        "u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6": not paths.knots
-        and u == opening == 0,
-        f"u = {u:g} V: the valve is shut there, and eq (2) has a kink": not paths.knots and opening == 0 != u,
+        "u = 0: eq (2) has a kink there; take a small u of either sign, such as 1e-6": shut and u == 0,
+        f"u = {u:g} V: the valve is shut there, and eq (2) has a kink": shut and u != 0,
         f"u = {u:g} V: the valve's curve has a kink there": {opening, -opening} & {*paths.u},
         f"u = {u:g} V: beyond the limiter at {u_max:g} V nothing depends on it": abs(u) > u_max,
-        f"x = {x:g} m: must be within half the stroke, {cylinder.stroke / 2:g} m": abs(x)
-        > cylinder.stroke / 2,
+        f"x = {x:g} m: must be within half the stroke, {half:g} m": abs(x) > half,
     }
     if system.piston:
         stops = f"the end stops, {cylinder.x_min:g} and {cylinder.x_max:g} m"
         problems[f"x = {x:g} m: must be between {stops}"] = not cylinder.x_min < x < cylinder.x_max
-        problems["v = 0: Coulomb friction has no derivative there; take a small v"] = (
-            v == 0 and cylinder.coulomb > 0
-        )
+        stuck = v == 0 and cylinder.coulomb > 0
+        problems["v = 0: Coulomb friction has no derivative there; take a small v"] = stuck
     for side in Side:
         P, T = point[f"P_{side.name}"], point[f"T_{side.name}"]
         openings = max(side.sign * opening, 0.0), max(-side.sign * opening, 0.0)

@@ -71,21 +71,6 @@ def sine_of_turns(turns: np.ndarray) -> np.ndarray:
     return angle * series
 
 
-def reversed_at(x: float, reference: float, sign: float, drive: Drive) -> tuple[float, float]:
-    """Reverse the open-loop command where the piston is beyond `Drive.x_reverse` and would be driven further.
-
-    `reference`, V, is the one drawn for the step that begins at x, m; `sign` is the sign of the sequence so
-    far. Returns the reference to use and the sign of the sequence from now on. Both are returned unchanged in
-    closed loop, and where `command` reverses the reference at every stage instead.
-    """
-    if drive.closed_loop or (drive.each_stage and not drive.toggles):
-        return reference, sign
-    reference *= sign
-    if abs(x) < drive.x_reverse or reference * x <= 0:
-        return reference, sign
-    return -reference, -sign if drive.toggles else sign
-
-
 def reversed_late(u: np.ndarray, draws: np.ndarray, late: float) -> np.ndarray:
     """Command as recorded, V, if each of its reversals is late by the fraction `late` of a sample, 0 to 1.
 

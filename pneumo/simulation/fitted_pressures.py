@@ -142,7 +142,7 @@ def pressures_on_flows(
         core.array("motion", motion, (steps, STAGES, 2)),
         core.array("flow", flow, (steps, STAGES, 2)),
         steps,
-        core.rows("lanes", lanes, "Lane", len(Lane._fields)),
+        core.rows("lanes", lanes, "Lane"),
         count,
         core.array("V_d", V_d, (count, 2)),
         stride,

@@ -59,15 +59,13 @@ def run(
     """
     reference = np.array(reference, dtype=float)
     if reference.ndim != 1 or not len(reference):
-        raise ValueError(
-            f"reference: shape {reference.shape}; needed is one number for each step and the end"
-        )
+        raise ValueError(f"reference: shape {reference.shape}; needed is a number for each step and the end")
     steps, most = len(reference) - 1, core.whole("most_halvings", most_halvings, 0, MOST_HALVINGS)
     states, halvings = np.empty((steps + 1, 6)), np.zeros(steps, np.int8)
     core.lib.run(
         core.array("y_0", y_0, (6,)),
         core.out(reference),
-        core.ffi.NULL if u_B is None else core.array("u_B", u_B, (steps + 1,)),
+        core.array("u_B", u_B, (steps + 1,)),
         steps,
         force,
         core.struct("Drive", drive),
@@ -134,21 +132,18 @@ def core_recording(recording: Recording) -> Any:
     ValueError
         If an array has another shape, or a number of halvings is not 0 to `MOST_HALVINGS`.
     """
-    steps = len(recording.states) - 1
-    halvings = np.asarray(recording.halvings)
-    for value in (halvings.max(initial=0), halvings.min(initial=0)):
+    steps = core.whole("steps", len(recording.states) - 1, 0)
+    for value in (np.max(recording.halvings, initial=0), np.min(recording.halvings, initial=0)):
         core.whole("halvings", value, 0, MOST_HALVINGS)
-    arrays = (
-        core.array("states", recording.states, (core.whole("steps", steps, 0) + 1, 6)),
-        core.array("reference", recording.reference, (steps + 1,)),
-        core.array("u", recording.u, (steps + 1,)),
-        core.array("halvings", halvings, (steps,), np.int8),
-        core.ffi.NULL if recording.u_B is None else core.array("u_B", recording.u_B, (steps + 1,)),
-    )
-    most = core.whole("most_halvings", recording.most_halvings, 0, MOST_HALVINGS)
-    states, reference, u, halvings, u_B = arrays
-    values = states, reference, u, u_B, recording.drive, recording.plant, recording.h, halvings, most, steps
-    return core.keep(core.struct("Recording", values), arrays)
+    core.whole("most_halvings", recording.most_halvings, 0, MOST_HALVINGS)
+    arrays = {
+        "states": core.array("states", recording.states, (steps + 1, 6)),
+        "halvings": core.array("halvings", recording.halvings, (steps,), np.int8),
+    }
+    for name in ("reference", "u", "u_B"):
+        arrays[name] = core.array(name, getattr(recording, name), (steps + 1,))
+    fields = recording._asdict() | arrays | {"steps": steps}
+    return core.keep(core.struct("Recording", fields), *arrays.values())
 
 
 def core_sampling(sampling: Sampling) -> Any:
@@ -167,7 +162,7 @@ def supplied_mass(recording: Recording) -> np.ndarray:
     core.lib.supplied_mass(
         core.array("states", recording.states, (steps + 1, 6)),
         core.array("u", recording.u, (steps + 1,)),
-        core.ffi.NULL if recording.u_B is None else core.array("u_B", recording.u_B, (steps + 1,)),
+        core.array("u_B", recording.u_B, (steps + 1,)),
         steps,
         core.struct("Plant", recording.plant),
         recording.h,

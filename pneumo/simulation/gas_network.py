@@ -20,9 +20,8 @@ MOST_PARTS = 10_000  # steps between two samples: a node that needs more is no p
 LAMINAR = 5e-3  # 1 - P_d / P_u below which a flow is proportional to it: no step follows the bare root
 # Rate times step, for the fastest node, up to which a step is stable; the method's own limit is 3.3.
 STABLE = 2.5
-ACCURATE = (
-    0.25  # largest relative change of a pressure in a step, by a sonic flow from the highest to the lowest
-)
+# Largest relative change of a pressure in a step, by a sonic flow from the highest to the lowest.
+ACCURATE = 0.25
 HOTTEST = 400.0  # K, in the estimate of that rate
 
 
@@ -146,9 +145,9 @@ def replay(
             core.whole("end of a link", end, 0, ends - 1)
     states = np.full((samples, 3 * count), np.nan)
     core.lib.replay_network(
-        core.rows("nodes", rows, "Node", len(Lane._fields) + len(Node._fields) - 1),
+        core.rows("nodes", rows, "Node"),
         count,
-        core.rows("links", np.array(links, dtype=float).reshape(len(links), 4), "Link", 4),
+        core.rows("links", np.array(links, dtype=float).reshape(-1, 4), "Link"),
         len(links),
         core.array("surroundings", np.array(surroundings, dtype=float).reshape(-1, 2), (None, 2)),
         len(surroundings),

@@ -68,17 +68,13 @@ def replay_in_parts(
     """
     shape = (len(lanes), 2)
     core.whole("stride", stride, 1)
-    run_status, step = failure(recording.states)
+    run_status, failed_at = failure(recording.states)
+    mean_error, variance, mse = np.full((3, *shape), np.nan)
+    status = np.full(shape, OK if run_status == RAN else NO_RUN, dtype=np.int8)
+    step, pressure = np.full(shape, failed_at), np.empty((*shape, 0))
+    result = Replayed(mean_error, variance, mse, status, step, pressure)
     if run_status != RAN:
-        return _no_replay(shape, step)
-    result = Replayed(
-        mean_error=np.empty(shape),
-        variance=np.empty(shape),
-        mse=np.empty(shape),
-        status=np.full(shape, OK, dtype=np.int8),
-        failure_step=np.full(shape, -1),
-        pressure=np.empty((*shape, 0)),
-    )
+        return result
     able = followed(lanes, recording.plant)
     fast = np.flatnonzero(able)[np.argsort(needs(lanes[able]), kind="stable")]
     for first in range(0, len(fast), ROW):
@@ -118,7 +114,7 @@ def replay_one_by_one(
     recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1
 ) -> Replayed:
     """Replay lanes one after another, by the equations themselves; parameters are those of `replay`."""
-    run, rule, rows = core_recording(recording), core_sampling(sampling), _lane_rows(lanes)
+    run, rule, rows = core_recording(recording), core_sampling(sampling), core.rows("lanes", lanes, "Lane")
     count, samples = len(lanes), len(recording.states)
     moments, failed_at = np.empty((count, 2, 2)), np.empty((count, 2), np.int64)
     pressure = np.empty((count, 2, (samples - 1) // core.whole("stride", stride, 1) + 1))
@@ -130,17 +126,6 @@ def replay_one_by_one(
     mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
     status = np.where(failed_at >= 0, LEFT_RANGE, OK).astype(np.int8)
     return Replayed(mean_error, mse - mean_error**2, mse, status, failed_at, pressure)
-
-
-def _lane_rows(lanes: np.ndarray) -> Any:
-    return core.rows("lanes", lanes, "Lane", len(Lane._fields))
-
-
-def _no_replay(shape: tuple[int, int], step: int) -> Replayed:
-    """Result of a replay on a run that failed at `step`: no statistics, status "no full-order run"."""
-    nothing = np.full(shape, np.nan)
-    status, failed = np.full(shape, NO_RUN, dtype=np.int8), np.full(shape, step)
-    return Replayed(nothing, nothing, nothing, status, failed, np.empty((*shape, 0)))
 
 
 def needs(lanes: np.ndarray) -> np.ndarray:
@@ -185,7 +170,9 @@ class LanesSideBySide(NamedTuple):
         core.whole("lanes", len(lanes), 1, ROW)
         psi, _ = flow_polynomial(plant.gas)
         struct = core.zeroed("Lanes")
-        core.lib.start_lanes(struct, _lane_rows(lanes), len(lanes), core.struct("Plant", plant))
+        core.lib.start_lanes(
+            struct, core.rows("lanes", lanes, "Lane"), len(lanes), core.struct("Plant", plant)
+        )
         return cls(struct, core.array("psi", psi, (None,)), len(psi), -(-len(lanes) // WIDTH) * WIDTH)
 
     def row(self, values: Any) -> np.ndarray:

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from checkout import ROOT
 from exported_c import C_COMPILER, CompiledModel, run_test_program
-from valve_paths import CURVE, FOUR, OVERLAP
+from valve_paths import CURVE, FOUR, OVERLAP, STRAIGHT
 from valve_paths import plant as plant_with
 
 import pneumo
@@ -148,6 +148,10 @@ def test_a_linear_model_of_a_curve_has_its_slope():
         linearise("full", None, curved, u=-4.0, **point)
     with pytest.raises(InputError, match="equal pressures"):
         linearise("full", None, curved, u=3.0, **point | {"P_A": curved.conditions.P_s})
+    # 3 V is a knot of chamber B's own valve only, at its own command of -3 V.
+    lopsided = {"curve": {"u_V": [-10, -3, 0, 10], "C_dm3_per_sbar": [1.5, 0.2, 0, 1.5]}, "b": 0.3}
+    with pytest.raises(InputError, match=r"u = 3 V: the valve's curve has a kink"):
+        linearise("full", None, plant_with(curve=STRAIGHT, valve_B=lopsided), u=3.0, **point)
 
 
 def test_a_linear_model_has_the_lag_as_a_state(plant):

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from pneumo import MODELS
 from pneumo.configuration.experiment import Drive
-from pneumo.equations.system import rates, system
+from pneumo.equations.system import rates, step, system
 from pneumo.export import exported
 
 N, H = 1.35, 1e-3
@@ -139,6 +139,20 @@ def test_the_test_program_sees_a_wrong_constant(plant, tmp_path):
     assert right in files["model.c"]
     code, said = run_test_program(files | {"model.c": files["model.c"].replace(right, wrong)}, tmp_path)
     assert code == 1 and "largest relative difference" in said
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_a_piston_leaves_its_stop_when_the_force_turns_and_not_before(way, plant):
+    cylinder, P, push, h = plant.cylinder, 4e5, 0.1, 9e-5  # N into the stop, s: one substep
+    x = cylinder.x_max if way > 0 else cylinder.x_min
+    force = way * push - P * (cylinder.A_A - cylinder.A_B) - cylinder.load
+    for u in (8.0, -8.0):
+        inputs = [way * u, force]
+        after = step(system("M3", None, plant, piston=True), [x, 0.0, P, P], inputs, inputs, h)
+        F = after[2] * cylinder.A_A - after[3] * cylinder.A_B + cylinder.load + force
+        since = F / (F - way * push)  # fraction of the step after the turn, with a force linear in time
+        expected = F * since * h / 2 / cylinder.M if u < 0 else 0.0
+        assert F * way * u > 0 and after[:2] == [x, pytest.approx(expected, rel=1e-2)]
 
 
 @C_COMPILER

@@ -16,7 +16,6 @@ from pneumo.simulation.excitation import (
     command,
     normal_deviates,
     reference_series,
-    reversed_at,
     reversed_late,
 )
 
@@ -107,27 +106,6 @@ def test_sweep_has_the_same_bits_on_every_processor():
 def test_levels_are_held_and_repeated(levels, every, steps):
     series = reference_series(CLOSED, Excitation(1, 0.5, every, "levels", levels=tuple(levels)), steps)
     assert series.tolist() == [0.5 * levels[k // every % len(levels)] for k in range(steps + 1)]
-
-
-@pytest.mark.parametrize(
-    ("x", "reference", "sign", "expected", "turned"),
-    [
-        (0.048, 0.5, 1.0, -0.5, -1.0),  # at exactly 96 % and driven outward
-        (-0.048, -0.5, 1.0, 0.5, -1.0),
-        (0.048, -0.5, -1.0, -0.5, 1.0),  # outward since the last reversal
-        (np.nextafter(0.048, 0), 0.5, 1.0, 0.5, 1.0),
-        (0.049, -0.5, 1.0, -0.5, 1.0),  # on its way back
-        (0.049, 0.0, 1.0, 0.0, 1.0),  # not driven at all
-    ],
-)
-def test_the_sequence_turns_where_the_piston_is_driven_further_out(x, reference, sign, expected, turned):
-    once_a_step = OPEN._replace(each_stage=False)
-    toggled = reversed_at(x, reference, sign, once_a_step._replace(toggles=True))
-    assert toggled == (expected, turned)
-    assert reversed_at(x, reference, sign, once_a_step) == (expected, sign)
-    # Both returned as they are: in closed loop, and where every stage forces the sign.
-    for drive in (CLOSED, CLOSED._replace(each_stage=False), OPEN):
-        assert reversed_at(x, reference, sign, drive) == (reference, sign)
 
 
 @pytest.mark.parametrize("side", [-1, 1])
