@@ -131,7 +131,7 @@ def stage_signals(measurement: Measurement, plant: Plant, command: Sampling = HE
     return StageSignals(
         period=m.period,
         h=h,
-        u=np.clip(held_u if command.held else np.interp(at, t, m.u), -u_max, u_max),
+        u=limited,
         motion=motion,
         P=m.P,
         P_s=None if m.P_s is None else np.interp(at, t, m.P_s),
