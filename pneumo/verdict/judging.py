@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, read_claims
 from pneumo.verdict.comparison import Agreement, as_printed, compare, relative_deviation
 from pneumo.verdict.errata import Proof, read_errata
-from pneumo.verdict.facts import headline, judged_facts, read_assumptions
+from pneumo.verdict.facts import Assumption, headline, judged_facts
 from pneumo.verdict.sources import Computation, Finding, MissingEvidence
 
 OF_RESULTS = ("prediction", "fitted")  # kinds of evidence of items that depend on the parameters
@@ -175,7 +175,7 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
     """Judge every claim of a paper against a folder of results; return the content of ``verdict.json``."""
     judge = Judge(results, paper)
     items = [judge.judge(claim) for claim in judge.claims.items.values()]
-    assumptions = read_assumptions(paper.folder)
+    assumptions = Assumption.read_all(paper.folder, "assumptions.yaml")
     facts = judged_facts(
         judge.claims.facts,
         items,
