@@ -198,8 +198,6 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     free = [name for name in reduced if MODELS[name].wall == "none"]
     if free and free[0] != reduced[0]:
         text += f" {free[0]} needs no k_0: {kpa[free[0]]} kPa."
-    constant = [kpa[name] for name in reduced if MODELS[name].temperature == "constant"]
-    text += f" A constant temperature leaves {constant[0]} or more." if constant else ""
     wins = Counter(min(reduced, key=lambda name: square[name][run]) for run in range(len(runs)))
     if len(runs) > 1:
         text += f" Nearest by run: {', '.join(f'{name} in {count}' for name, count in wins.most_common())}."

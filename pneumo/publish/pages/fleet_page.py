@@ -16,15 +16,8 @@ from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.ranking import MATERIAL
 
 DIGITS = 4  # of numbers in the table
-HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "recommended", "n")
-HEADS += (
-    "expected RMS (kPa)",
-    "as good",
-    "best reduced",
-    "its expected RMS (kPa)",
-    "runs",
-    "failed runs",
-)
+HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "recommended", "n", "expected RMS (kPa)")
+HEADS += ("as good", "best reduced", "its expected RMS (kPa)", "runs", "failed runs")
 TEXTS = ("cylinder", "recommended", "as good", "best reduced")  # columns without numbers
 
 
