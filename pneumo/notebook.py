@@ -88,7 +88,7 @@ class RigFit:
     @property
     def errors(self) -> pd.DataFrame:
         """Root mean square errors, Pa, by model and chamber, on the part fitted and on that held out."""
-        parts = {name: self.result.data[name].to_pandas() for name in ("rms_fitted", "rms_held_out")}
+        parts: Any = {name: self.result.data[name].to_pandas() for name in ("rms_fitted", "rms_held_out")}
         return pd.concat(parts, axis="columns").loc[self.result.models]
 
     @property

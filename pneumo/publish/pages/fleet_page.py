@@ -58,7 +58,7 @@ def regrets(index: xr.Dataset) -> list[tuple[str, ...]]:
     worst = worst.isel(cylinder=np.isfinite(worst.values).any(axis=1))
     if not worst.sizes["cylinder"]:
         return []
-    over = (worst / worst.min("model")).to_pandas().replace(np.inf, np.nan).dropna(axis="columns")
+    over: Any = (worst / worst.min("model")).to_pandas().replace(np.inf, np.nan).dropna(axis="columns")
     rows: list[tuple[str, ...]] = []
     for model in over.quantile(0.9).sort_values(kind="stable").index:
         ratio = over[model]
