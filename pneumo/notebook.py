@@ -62,7 +62,7 @@ class RigFit:
     """Models fitted to a rig, from `pneumo.rig`."""
 
     result: FitResult
-    name: str  # of the record
+    name: str  # of the record, or those of several, with commas
 
     @property
     def warnings(self) -> list[str]:
@@ -88,12 +88,8 @@ class RigFit:
     @property
     def errors(self) -> pd.DataFrame:
         """Root mean square errors, Pa, by model and chamber, on the part fitted and on that held out."""
-        columns = {
-            (part, chamber): self.result.data[part].sel(chamber=chamber).values
-            for part in ("rms_fitted", "rms_held_out")
-            for chamber in self.result.data["chamber"].values.tolist()
-        }
-        return pd.DataFrame(columns, index=pd.Index(self.result.models, name="model"))
+        parts: Any = {name: self.result.data[name].to_pandas() for name in ("rms_fitted", "rms_held_out")}
+        return pd.concat(parts, axis="columns").loc[self.result.models]
 
     @property
     def residuals(self) -> xr.DataArray:
@@ -114,10 +110,16 @@ class RigFit:
 
     def save(self, folder: Path | str) -> None:
         """Write rig.html and rig.nc into a folder."""
-        folder = Path(folder)
-        check_output(folder)
-        self.result.save("none: a rig has a file of its own", folder / "rig.nc")
-        write_text(fit_page(self.result, Path(self.name).name), folder / "rig.html")
+        self._save(Path(folder, "rig"), "none: a rig has a file of its own")
+
+    def _save(self, stem: Path, config_sha256: str) -> None:
+        check_output(stem.parent)
+        self.result.save(config_sha256, stem.with_suffix(".nc"))
+        write_text(fit_page(self.result, self._record), stem.with_suffix(".html"))
+
+    @property
+    def _record(self) -> str:
+        return ", ".join(Path(name).name for name in self.name.split(", "))
 
     def __repr__(self) -> str:
         """Text of at most ten lines: errors on the part held out, the rig's parameters, warnings."""
@@ -182,10 +184,6 @@ class RecordFit(RigFit):
         rest = self.configuration, self.cylinder, self.plant, self.result, self._record
         return fitted_configuration(*rest, T=self.measurement.T)
 
-    @property
-    def _record(self) -> str:
-        return ", ".join(Path(name).name for name in self.name.split(", "))
-
     def plot_record(self) -> Figure:
         """Figure of the record's signals as the fit read them."""
         return record_figure(self.measurement)
@@ -209,11 +207,8 @@ class RecordFit(RigFit):
 
     def save(self, folder: Path | str) -> None:
         """Write fit.html, fit.nc and fitted.yaml into a folder."""
-        folder = Path(folder)
-        check_output(folder)
-        self.result.save(in_SI(self.configuration).config_sha256, folder / "fit.nc")
-        write_text(fit_page(self.result, self._record), folder / "fit.html")
-        write_text(self._fitted(), folder / "fitted.yaml")
+        self._save(Path(folder, "fit"), in_SI(self.configuration).config_sha256)
+        write_text(self._fitted(), Path(folder, "fitted.yaml"))
 
 
 @dataclass(frozen=True)

@@ -74,10 +74,7 @@ def start_state(plant: Plant, start: State | str) -> State:
         raise InputError(f"start: x = {state.x:g} m: must lie within the stroke, {limits}")
     if not isfinite(state.v):
         raise InputError(f"start: v = {state.v:g}: must be finite")
-    for name in ("P_A", "T_A", "P_B", "T_B"):
-        value = getattr(state, name)
-        if not (isfinite(value) and value > 0):
-            raise InputError(f"start: {name} = {value:g}: must be positive; pressures are absolute")
+    check_positive(P_A=state.P_A, T_A=state.T_A, P_B=state.P_B, T_B=state.T_B)
     return state
 
 
@@ -312,17 +309,7 @@ def simulate(
     if status != RAN:
         raise RunError(f"{RUN_STATUS[status]} at {step * h:.4g} s: check start, plant and step, {h:g} s")
     u = command_of(signal, states[:, 0], drive)
-    recording = Recording(
-        states=states,
-        reference=signal,
-        u=u,
-        drive=drive,
-        plant=plant,
-        h=float(h),
-        halvings=halvings,
-        most_halvings=MOST_HALVINGS,
-        u_B=u_B,
-    )
+    recording = Recording(states, signal, u, drive, plant, float(h), halvings, MOST_HALVINGS, u_B)
     return Run(recording, simulated=True)
 
 
@@ -360,16 +347,7 @@ def recorded(
     for name in ("x", "v", *measured):
         states[:, STATE.index(name)] = signals[name]
     reference, halvings = np.zeros(len(u)), np.zeros(len(u) - 1, dtype=np.int8)
-    recording = Recording(
-        states=states,
-        reference=reference,
-        u=u,
-        drive=OPEN_LOOP,
-        plant=plant,
-        h=float(h),
-        halvings=halvings,
-        most_halvings=MOST_HALVINGS,
-    )
+    recording = Recording(states, reference, u, OPEN_LOOP, plant, float(h), halvings, MOST_HALVINGS)
     return Run(recording, simulated=False)
 
 

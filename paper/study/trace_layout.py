@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 
 from paper.study.samplings import study_sampling
+from pneumo.catalogue import conductance_factor
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.sampling import Sampling
-from pneumo.physics.models import MODELS
+from pneumo.physics.models import MODELS, full_order_lane, lane_array
 from pneumo.simulation.full_order import Recording
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import OK, Replayed, replay_in_parts
@@ -23,6 +24,9 @@ CLOSE_UP_SAMPLE = 0.005  # s, at most
 CLOSE_UP_INTERVAL = 0.25  # s
 COMMON_N = 1.35  # beside each model's best n
 CHOICES = ("best", "common")  # of n
+# Full orders with a wrong k_0 -> sign in the exponent of the factor within which an unmeasured one is known.
+WRONG_WALLS = {"full, high k_0": 1, "full, low k_0": -1}
+TRACED = (*MODELS, *WRONG_WALLS)
 
 ABOUT = {
     "mean_square": ("Pa2", "mean square error of all steps from this edge to the next"),
@@ -131,6 +135,16 @@ def replay_and_errors(
     return Replayed(*(values[index] for values in result)), errors.of_lanes(index)
 
 
+def traced_lanes(experiment: Experiment, n: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Lanes as of `grid_lanes`, then those of `WRONG_WALLS`, and the lane of each of `TRACED` at each n."""
+    plant = experiment.plant
+    lanes, index = grid_lanes(n, plant.gas.gamma)
+    factor = conductance_factor(plant.cylinder.bore)
+    wrong = [full_order_lane(plant.gas.gamma, factor**sign) for sign in WRONG_WALLS.values()]
+    rows = np.arange(len(lanes), len(lanes) + len(wrong))
+    return np.vstack([lanes, lane_array(wrong)]), np.vstack([index, np.tile(rows[:, np.newaxis], len(n))])
+
+
 def n_shown(mse: np.ndarray, n: tuple[float, ...]) -> np.ndarray:
     """Index in `n` of each model's best n and of the common n, shape (choice, model).
 
@@ -144,16 +158,16 @@ def n_shown(mse: np.ndarray, n: tuple[float, ...]) -> np.ndarray:
 def traced(
     experiment: Experiment, n: tuple[float, ...], index: np.ndarray, cells: Replayed, errors: ErrorsOfRun
 ) -> xr.Dataset:
-    """Errors of each model over time, at its best n and at a common n, for the report.
+    """Errors of each of `TRACED` over time, at its best n and at a common n, for the report.
 
     They are given as samples and, by interval, as mean square, lowest and highest error over all steps.
-    `index`, shape (model, n), is the lane that each model has at each n, from `grid_lanes`; `cells` and
-    `errors` are those of all lanes, from `replay_and_errors`.
+    `index`, shape (model, n), is from `traced_lanes`; `cells` and `errors` are those of all its lanes, from
+    `replay_and_errors`.
     """
     failed = (cells.status != OK).any(axis=1)
     mse = np.where(failed, np.nan, cells.mse.mean(axis=1))[index]
     places = n_shown(mse, n)
-    place = index[np.arange(len(MODELS)), places]  # by (choice, model); -1 takes any and is blanked
+    place = index[np.arange(len(TRACED)), places]  # by (choice, model); -1 takes any and is blanked
     missing = (places < 0) | failed[place]
 
     def by_cell(values: np.ndarray, dtype: type = np.float32) -> np.ndarray:
@@ -172,7 +186,7 @@ def traced(
     }
     coords = {
         "choice": list(CHOICES),
-        "model": list(MODELS),
+        "model": list(TRACED),
         "chamber": CHAMBERS,
         "edge": (
             "edge",
@@ -191,7 +205,7 @@ def write_replays(study: Study, name: str, recording: Recording, outputs: Mappin
     `traces` beside its folder.
     """
     e = study.experiments[name]
-    lanes, index = grid_lanes(study.n, e.plant.gas.gamma)
+    lanes, index = traced_lanes(e, study.n)
     for transport, output in outputs.items():
         sampling = study_sampling(transport, e)
         cells, errors = replay_and_errors(e, lanes, recording, sampling)
@@ -206,7 +220,7 @@ def write_replays(study: Study, name: str, recording: Recording, outputs: Mappin
             if sampling.rule == "exact"
             else f"{sampling.rule} {sampling.delay[0] * e.h}",
         )
-        write(replay_dataset(e, study.n, index, cells), output, about)
+        write(replay_dataset(e, study.n, index[: len(MODELS)], cells), output, about)
         about = attributes(
             f"Errors of reduced models on {name}, {transport} signals",
             "Samples; mean square, lowest and highest error of every step by interval; two choices of n",

@@ -9,9 +9,11 @@ from typing import Literal
 
 import matplotlib as mpl
 from matplotlib import rc_params_from_file
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from pneumo.storage.files import atomic
 
@@ -60,6 +62,24 @@ def axis_label(quantity: str, unit: str = "") -> str:
     ('$P_A$ (Pa)', '$n$')
     """
     return f"{quantity} ({unit})" if unit else quantity
+
+
+def symbol(name: str) -> str:
+    """Return a model's or an experiment's name as the paper sets it: M10 becomes M with a subscript.
+
+    Examples
+    --------
+    >>> symbol("M10"), symbol("E06")
+    ('$M_{10}$', '$E_{6}$')
+    """
+    return f"${name[0]}_{{{int(name[1:])}}}$" if name[1:].isdigit() else name
+
+
+def one_two_five(axis: Axis) -> None:
+    """Label 1, 2 and 5 of every decade of a logarithmic axis."""
+    axis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0), numticks=20))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:

@@ -120,11 +120,8 @@ def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> s
     """
     if not answer.chosen:
         return ""
-    n, cylinder, name = (
-        answer.budget.row(answer.chosen).n,
-        answer.ranking.cylinder,
-        exported_name(answer.chosen),
-    )
+    name, cylinder = exported_name(answer.chosen), answer.ranking.cylinder
+    n = answer.budget.row(answer.chosen).n
     words = ["pneumo", "export", name]
     if np.isfinite(n):
         words += ["--n", f"{n:g}"]

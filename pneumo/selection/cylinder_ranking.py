@@ -282,13 +282,6 @@ def run_study(
     )
 
 
-def joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Join results of `run_study` for several cylinders; a single run is repeated where others have more."""
-    runs = max(part.sizes["run"] for part in parts)
-    parts = [part.isel(run=[0] * runs) if part.sizes["run"] == 1 else part for part in parts]
-    return xr.concat(parts, "experiment", join="exact", compat="equals", combine_attrs="drop_conflicts")
-
-
 def save_cells(study: Study, cells: xr.Dataset, file: Path) -> None:
     """Write the result of `run_study` to a NetCDF file."""
     about = attributes(

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 
 from pydantic import Field
 
-from pneumo.verdict.facts import Fact, fact_of, read_facts
+from pneumo.verdict.facts import Fact, fact_of
 from pneumo.verdict.published import Entry, PaperError, half_unit, read_cells, read_entries, recorded
 
 UNITS_IN_TEXT = {
@@ -108,7 +108,7 @@ def read_claims(folder: Path) -> Claims:
     file, content = folder / "claims.yaml", read_entries(folder, "claims.yaml")
     classes = {name: ToleranceClass.read(file, name, entry) for name, entry in content["classes"].items()}
     cells = [cell for rule in content["tables"] for cell in _cells_of_table(rule, classes, folder)]
-    deviations, facts = recorded(folder / "seed_deviations.csv"), read_facts(folder)
+    deviations, facts = recorded(folder / "seed_deviations.csv"), Fact.read_all(folder, "facts.yaml")
     items: dict[str, Claim] = {}
     for entry in cells + content["claims"]:
         fact = fact_of(entry["id"], facts)

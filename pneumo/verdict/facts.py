@@ -6,13 +6,12 @@ Assumptions are what was taken where the paper leaves something open: ``assumpti
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatchcase
-from pathlib import Path
 from typing import Any, Literal
 
 from scipy.special import chdtrc
 
 from pneumo.verdict.errata import Erratum
-from pneumo.verdict.published import Entry, PaperError, read_entries
+from pneumo.verdict.published import Entry, PaperError
 
 FACT_STATUSES = {  # best first -> in words, of one fact and of several
     "agrees": ("agrees", "agree"),
@@ -54,18 +53,6 @@ class Assumption(Entry):
     basis: str
     alternatives: dict[str, dict[str, Any] | str]
     left_out: Mapping[str, str] = {}
-
-
-def read_assumptions(folder: Path) -> dict[str, Assumption]:
-    """Read the assumptions by name; `PaperError` if the file is missing or an entry is wrong."""
-    file = "assumptions.yaml"
-    return {n: Assumption.read(folder / file, n, entry) for n, entry in read_entries(folder, file).items()}
-
-
-def read_facts(folder: Path) -> dict[str, Fact]:
-    """Read the facts by name; `PaperError` if the file is missing or an entry is wrong."""
-    file = "facts.yaml"
-    return {n: Fact.read(folder / file, n, entry) for n, entry in read_entries(folder, file).items()}
 
 
 def fact_of(item: str, facts: Mapping[str, Fact]) -> str:

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, read_claims
 from pneumo.verdict.comparison import Agreement, as_printed, compare, relative_deviation
-from pneumo.verdict.errata import Proof, read_errata
-from pneumo.verdict.facts import headline, judged_facts, read_assumptions
+from pneumo.verdict.errata import Erratum, Proof, read_errata
+from pneumo.verdict.facts import Assumption, headline, judged_facts
 from pneumo.verdict.sources import Computation, Finding, MissingEvidence
 
 OF_RESULTS = ("prediction", "fitted")  # kinds of evidence of items that depend on the parameters
@@ -120,8 +120,8 @@ class Judge:
         """
         if agreement is not None:
             return agreement, ""
-        erratum = self.errata[claim.erratum] if claim.erratum else None
-        if erratum and erratum.passes:
+        erratum = self._proved(claim)
+        if erratum is not None:
             meant = self._as_meant(claim)
             by_meant = compare(meant, self.claims.classes[claim.tolerance], finding)
             if by_meant is not None if meant != claim else finding.holds is False:
@@ -134,10 +134,14 @@ class Judge:
 
     def _as_meant(self, claim: Claim) -> Claim:
         """The claim with its printed number replaced by that of a proved erratum, if there is one."""
-        erratum = self.errata[claim.erratum] if claim.erratum else None
-        if erratum is None or not erratum.passes or claim.id not in erratum.values:
+        erratum = self._proved(claim)
+        if erratum is None or claim.id not in erratum.values:
             return claim
         return claim.model_copy(update={"printed": erratum.values[claim.id]})
+
+    def _proved(self, claim: Claim) -> Erratum | None:
+        erratum = self.errata[claim.erratum] if claim.erratum else None
+        return erratum if erratum and erratum.passes else None
 
 
 def _in_seeds(claim: Claim, finding: Finding) -> float | None:
@@ -175,7 +179,7 @@ def verdict(results: Path, paper: Paper) -> dict[str, Any]:
     """Judge every claim of a paper against a folder of results; return the content of ``verdict.json``."""
     judge = Judge(results, paper)
     items = [judge.judge(claim) for claim in judge.claims.items.values()]
-    assumptions = read_assumptions(paper.folder)
+    assumptions = Assumption.read_all(paper.folder, "assumptions.yaml")
     facts = judged_facts(
         judge.claims.facts,
         items,

@@ -56,6 +56,12 @@ class Entry(BaseModel):
             value = "" if first["type"] in ("missing", "extra_forbidden") else f" = {first['input']!r}"
             raise PaperError(f"{file}: {place}{value}: {first['msg']}") from None
 
+    @classmethod
+    def read_all(cls, folder: Path, file: str) -> dict[str, Self]:
+        """Read the entries of a file by name; `PaperError` if it is missing or an entry is wrong."""
+        entries = read_entries(folder, file).items()
+        return {name: cls.read(folder / file, name, entry) for name, entry in entries}
+
 
 def half_unit(printed: str, digits: int | None = None) -> float:
     """Half a unit in the last printed digit: the largest error of rounding.

@@ -9,15 +9,16 @@ from paper.study.samplings import study_sampling
 from paper.study.trace_layout import (
     CHOICES,
     COMMON_N,
+    TRACED,
     close_up,
     interval_edges,
     replay_and_errors,
     shown_steps,
     traced,
+    traced_lanes,
 )
 from pneumo.physics.models import MODELS
 from pneumo.simulation.full_order import record
-from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
 
 EXPERIMENT = lasting("E12", 7.013)  # no multiple of anything
@@ -29,7 +30,7 @@ def recording():
 
 
 def made(recording, transport, failed=False):
-    lanes, index = grid_lanes(STUDY.n, EXPERIMENT.plant.gas.gamma)
+    lanes, index = traced_lanes(EXPERIMENT, STUDY.n)
     cells, errors = replay_and_errors(EXPERIMENT, lanes, recording, study_sampling(transport, EXPERIMENT))
     if failed:
         cells.status[index[list(MODELS).index("M8"), 0]] = 1
@@ -39,7 +40,7 @@ def made(recording, transport, failed=False):
 @pytest.fixture(scope="module")
 def every_step(recording):
     """Errors at every step, by (cell, chamber, step), and each cell's lane."""
-    lanes, index = grid_lanes(STUDY.n, EXPERIMENT.plant.gas.gamma)
+    lanes, index = traced_lanes(EXPERIMENT, STUDY.n)
     replayed = replay(recording, lanes, study_sampling("published", EXPERIMENT))
     return recording.states[:, [2, 4]].T - replayed.pressure, index, replayed.mse
 
@@ -62,9 +63,9 @@ def test_errors_are_those_of_every_step(recording, every_step):
     traces = made(recording, "published")
     best = np.array(STUDY.n)[mse.mean(axis=1)[index].argmin(axis=1)]
     shown, edges = shown_steps(EXPERIMENT), interval_edges(EXPERIMENT)
-    for choice, n in zip(CHOICES, (best, np.full(len(MODELS), COMMON_N)), strict=True):
-        for m, (name, model) in enumerate(MODELS.items()):
-            lane = index[m, STUDY.n.index(n[m]) if model.has_n else 0]
+    for choice, n in zip(CHOICES, (best, np.full(len(TRACED), COMMON_N)), strict=True):
+        for m, name in enumerate(TRACED):
+            lane = index[m, STUDY.n.index(n[m])]
             cell = traces.sel(choice=choice, model=name)
             for c in range(2):
                 error = errors[lane, c]

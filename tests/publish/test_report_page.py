@@ -58,8 +58,8 @@ def test_numbers_are_those_of_the_results():
     _, mse, _, best = made()["E07"]
     for transport, of_models in mse.items():
         cells = facts["cells"][transport]
-        assert cells["mse"] == pytest.approx(of_models.values, rel=1e-4)  # five digits
-        assert [PAPER.n[i] for i in cells["best"]] == best[transport].values.tolist()
+        assert cells["mse"][: len(MODELS)] == pytest.approx(of_models.values, rel=1e-4)  # five digits
+        assert [PAPER.n[i] for i in cells["best"][: len(MODELS)]] == best[transport].values.tolist()
     assert facts["name"] == "E07" and facts["text"] == experiment_text(PAPER.experiments["E07"])
 
 

@@ -13,7 +13,7 @@ from pneumo.errors import InputError
 from pneumo.notebook import ModelStudy
 from pneumo.publish.pages.study_page import MARK, check_folder, save_study
 from pneumo.selection.answer import answers
-from pneumo.selection.cylinder_ranking import TITLE, joined, run_study, selected, simulated_time
+from pneumo.selection.cylinder_ranking import TITLE, run_study, selected, simulated_time
 from pneumo.selection.cylinder_template import TEMPLATE, write_template
 from pneumo.storage.files import write
 
@@ -89,7 +89,7 @@ def test_choice_of_cylinders_and_experiments_and_their_simulated_time(template):
 
 
 @pytest.mark.slow
-def test_files_of_a_study_and_of_cylinders_together(short, cells, tmp_path):
+def test_files_of_a_study(short, cells, tmp_path):
     found = answers(cells)
     assert [answer.ranking.cylinder for answer in found] == ["mine"]
     check_folder(tmp_path / "out")
@@ -104,11 +104,6 @@ def test_files_of_a_study_and_of_cylinders_together(short, cells, tmp_path):
     before = (page.read_bytes(), stored.read_bytes())
     save_study(short, cells, found, tmp_path / "out")
     assert before == (page.read_bytes(), stored.read_bytes())
-    other = cells.assign_coords(cylinder=("experiment", ["other", "other"]))
-    other = other.assign_coords(experiment=["a", "b"])
-    both = joined([cells, other.isel(run=[0])])
-    assert both.sizes["experiment"] == 4 and both.sizes["run"] == 2
-    assert [answer.ranking.cylinder for answer in answers(both)] == ["mine", "other"]
 
 
 def test_foreign_files_stay(tmp_path, cells):

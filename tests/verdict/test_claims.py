@@ -14,10 +14,10 @@ from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2007.paper import PAPER_2007
 from pneumo.verdict.claims import read_claims
 from pneumo.verdict.errata import read_errata
-from pneumo.verdict.facts import choices, read_assumptions
+from pneumo.verdict.facts import Assumption, choices
 from pneumo.verdict.published import PaperError
 
-CLAIMS, ASSUMPTIONS = read_claims(PAPER_FOLDER), read_assumptions(PAPER_FOLDER)
+CLAIMS, ASSUMPTIONS = read_claims(PAPER_FOLDER), Assumption.read_all(PAPER_FOLDER, "assumptions.yaml")
 SUSPECTED = {"columns_of_table_8", "row_of_M10", "early_temperatures"}  # proofs that need results
 
 
@@ -34,7 +34,7 @@ def test_whatever_a_claim_names_is_there_and_whatever_is_there_is_named(paper):
     assert all(erratum.passes and erratum.evidence for erratum in errata.values())
     assert {claim.fact for claim in claims.items.values()} == set(claims.facts)  # none without an item
     for name, fact in claims.facts.items():
-        choices(fact.chosen, read_assumptions(paper.folder))
+        choices(fact.chosen, Assumption.read_all(paper.folder, "assumptions.yaml"))
         assert (fact.basis == "fitted") == bool(fact.chosen), name
         for pattern in fact.items:
             assert any(fnmatchcase(key, pattern) for key in claims.items), pattern

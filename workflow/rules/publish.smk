@@ -56,7 +56,6 @@ rule report:
         parameters=rules.datum.output.parameters,
         datum=rules.datum.output.runs,
         replays=rules.replay.output,  # with traces
-        statistics=rules.statistics.output,
         verdict=[] if USER_CYLINDERS else [rules.verdict.output.judged],
         findings=[] if USER_CYLINDERS else evidence_for(RESULTS, STUDY, "findings.json"),
     output:

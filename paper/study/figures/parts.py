@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.panels import symbol
 from pneumo.publish.model_looks import ADDED_MODELS
-from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure
+from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, symbol
 
 # Models of figures and pages that do not show all; added models join where the figure has room.
 ALL_BUT_M4 = [name for name in MODELS if name != "M4"]  # Figs 9 and 11: M4's error would hide the others'

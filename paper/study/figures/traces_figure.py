@@ -10,9 +10,8 @@ from matplotlib.ticker import MaxNLocator
 from paper.study.figures.parts import TRACED_MODELS, legend_outside, message_figure
 from paper.study.labels import STUDY_SAMPLING
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.panels import symbol
 from pneumo.publish.model_looks import MODEL_LOOKS
-from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_style
+from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_style, symbol
 from pneumo.publish.text.formatting import KILO
 
 WITHOUT_N = [name for name, model in MODELS.items() if not model.has_n]

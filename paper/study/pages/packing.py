@@ -12,11 +12,11 @@ import numpy as np
 
 MISSING = np.int16(-32768)  # code of failed runs and cells
 LARGEST_CODE = 32_000  # in steps; MISSING stays free
-FRACTION = 16  # steps in the smallest RMS error of a model: rounding is then below 1/32 of it
+FRACTION = 8  # steps in the smallest RMS error of a model: rounding is then below 1/16 of it
 LEAST_STEP = 1.0  # Pa; stored pressures are accurate to 0.03 Pa
 
 
-def _round_number(value: float, up: bool) -> float:
+def round_number(value: float, up: bool) -> float:
     """Return the nearest number above or below a positive value that is 1, 2 or 5 times a power of ten."""
     decade = 10.0 ** math.floor(math.log10(value))
     near = [factor * decade for factor in (1, 2, 5, 10)]
@@ -27,12 +27,12 @@ def _round_number(value: float, up: bool) -> float:
 def rounding_step(rms: float, largest: float) -> float:
     """Return the step to round pressures to, Pa: 1, 2 or 5 times a power of ten, at least 1 Pa.
 
-    At most 1/16 of the error `rms` that must stay visible (NaN: none); larger where the `largest` magnitude
+    At most 1/8 of the error `rms` that must stay visible (NaN: none); larger where the `largest` magnitude
     would not fit into 16 bits.
     """
-    fine = _round_number(max(LEAST_STEP, rms / FRACTION), up=False)
+    fine = round_number(max(LEAST_STEP, rms / FRACTION), up=False)
     # max() with LEAST_STEP first: the quotient may be NaN, or so small that it has no logarithm.
-    return max(fine, _round_number(max(LEAST_STEP, largest / LARGEST_CODE), up=True))
+    return max(fine, round_number(max(LEAST_STEP, largest / LARGEST_CODE), up=True))
 
 
 def rounded(values: np.ndarray, step: float) -> np.ndarray:

@@ -11,18 +11,23 @@ import xarray as xr
 from paper.study.figures.parts import FIRST_SHOWN
 from paper.study.labels import STUDY_SAMPLING
 from paper.study.pages import STATUS_LOOKS, STUDY_TEMPLATES
-from paper.study.pages.packing import FRACTION, packed, rounded, rounding_step
+from paper.study.pages.packing import FRACTION, packed, round_number, rounded, rounding_step
+from paper.study.pages.verdict_page import axis_fraction
 from paper.study.stored_runs import failure_text
 from paper.study.trace_layout import (
     COMMON_N,
+    TRACED,
+    WRONG_WALLS,
     close_up,
     interval_edges,
     lowest_and_highest,
+    n_shown,
     shown_steps,
 )
+from pneumo.catalogue import conductance_factor
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
-from pneumo.publish.model_looks import MODEL_LOOKS, on_dark
+from pneumo.publish.model_looks import FULL_ORDER_LOOK, MODEL_LOOKS, on_dark
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO
 from pneumo.storage.files import read
@@ -41,6 +46,8 @@ STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
     "no": ("≠", "contradicted"),
     "not run": ("?", "unknown"),
 }
+_DASHES = {"full, high k_0": "-", "full, low k_0": (0, (2.0, 2.0))}
+LOOKS = MODEL_LOOKS | {name: FULL_ORDER_LOOK._replace(linestyle=dash) for name, dash in _DASHES.items()}
 DIGITS = 5  # of a mean square error
 
 
@@ -55,7 +62,6 @@ def stored_parts(study: Study, results: Path) -> list[Part]:
     """Read the data of every experiment for the page from a folder of results."""
     parts = []
     folders = {transport: results / transport for transport in STUDY_SAMPLING}
-    best_n = {name: read(path / "statistics.nc", "best_n")["best_n"] for name, path in folders.items()}
     for name, e in study.experiments.items():
         datum = read(results / "datum" / f"{name}.nc", "u", "x", "P", "status", "failure_time")
         mse = {
@@ -63,8 +69,7 @@ def stored_parts(study: Study, results: Path) -> list[Part]:
             for transport, path in folders.items()
         }
         traces = {transport: read(path / "traces" / f"{name}.nc") for transport, path in folders.items()}
-        best = {transport: of_all.sel(experiment=name) for transport, of_all in best_n.items()}
-        parts.append(part(e, datum, mse, traces, best))
+        parts.append(part(e, datum, mse, traces))
     return parts
 
 
@@ -73,12 +78,11 @@ def part(
     datum: xr.Dataset,
     mse: Mapping[str, xr.DataArray],
     traces: Mapping[str, xr.Dataset],
-    best_n: Mapping[str, xr.DataArray],
 ) -> Part:
     """Return the data of one experiment for the page, from its files of results by sampling.
 
     `datum` is its file in ``results/datum``. By sampling: `mse` is from ``results/TRANSPORT/replay``,
-    `traces` from ``results/TRANSPORT/traces``; `best_n` is the best n of each model.
+    `traces` from ``results/TRANSPORT/traces``.
     """
     shown, edges = shown_steps(experiment), interval_edges(experiment)
     steps, packs = _signals(datum, shown, edges)
@@ -95,17 +99,18 @@ def part(
         "cells": {},
     }
     for transport, cells in traces.items():
-        of_models = (
-            mse[transport].sel(model=list(MODELS), chamber=CHAMBERS).transpose("model", "n", "chamber")
-        )
-        best = best_n[transport].sel(model=list(MODELS)).values
-        n = of_models["n"].values
+        counts = xr.DataArray([*np.diff(edges[:-1]), edges[-1] - edges[-2] + 1], dims="edge")
+        of_walls = cells["mean_square"].isel(choice=0, drop=True).sel(model=list(WRONG_WALLS))
+        of_walls = of_walls.weighted(counts).mean("edge", skipna=False).expand_dims(n=mse[transport]["n"])
+        of_models = xr.concat([mse[transport], of_walls], "model", coords="minimal", compat="override")
+        of_models = of_models.sel(model=list(TRACED), chamber=CHAMBERS).transpose("model", "n", "chamber")
+        best, _ = n_shown(of_models.mean("chamber", skipna=False).values, tuple(of_models["n"].values))
         least = np.sqrt(of_models.min("n").values)  # NaN where every n failed
         steps, errors = _errors(cells, least)
         packs |= {f"{transport}-{name}": text for name, text in errors.items()}
         facts["cells"][transport] = {
             "mse": _shortened(of_models.values),
-            "best": [int(np.abs(n - value).argmin()) if np.isfinite(value) else None for value in best],
+            "best": [place if place >= 0 else None for place in best.tolist()],
             "steps": steps,
         }
     return Part(facts, packs)
@@ -132,7 +137,7 @@ def _errors(cells: xr.Dataset, least: np.ndarray) -> tuple[list[float], dict[str
     Packs have a group per model and chamber, with a row per choice of n, or one row if all choices are the
     same. Limits have two rows per choice: the lowest and the highest error.
     """
-    cells = cells.sel(model=list(MODELS), chamber=CHAMBERS)
+    cells = cells.sel(model=list(TRACED), chamber=CHAMBERS)
     n = cells["n_shown"].transpose("model", "choice").values
     dims = ("model", "chamber", "choice", ...)
     error, lowest, highest, square = (
@@ -140,8 +145,9 @@ def _errors(cells: xr.Dataset, least: np.ndarray) -> tuple[list[float], dict[str
     )
     logarithms = np.log2(np.maximum(square, LEAST_SQUARE))
     steps, samples, limits, squares = [], [], [], []
-    for m, model in enumerate(MODELS.values()):
-        rows = slice(None) if model.has_n and len(set(n[m].tolist())) > 1 else slice(0, 1)
+    for m, name in enumerate(TRACED):
+        has_n = name in MODELS and MODELS[name].has_n
+        rows = slice(None) if has_n and len(set(n[m].tolist())) > 1 else slice(0, 1)
         for c in range(len(CHAMBERS)):
             ends = np.stack([lowest[m, c, rows], highest[m, c, rows]], axis=1)
             largest = np.abs(ends[np.isfinite(ends)]).max(initial=0.0)
@@ -153,32 +159,53 @@ def _errors(cells: xr.Dataset, least: np.ndarray) -> tuple[list[float], dict[str
     return steps, {"errors": packed(samples), "limits": packed(limits), "squares": packed(squares)}
 
 
-def answer(parts: Sequence[Part]) -> str:
-    """Two sentences: the models nearest to the full order, overall and by run; failed runs do not count."""
-    cells = [part.facts["cells"]["exact"] for part in parts if not part.facts["failed"]]
+class Overview(NamedTuple):
+    """What a reader learns first: headline, sentences, and a figure of every model's error."""
+
+    headline: str = "How far is each reduced model from the full order?"
+    text: str = "No model ran through every experiment."
+    rows: Sequence[tuple[dict[str, Any], str, float]] = ()  #: model, error in kPa, place on the axis
+    ticks: Sequence[tuple[str, float]] = ()  #: error in kPa, place on the axis, from 0 to 1
+
+
+def overview(study: Study, parts: Sequence[Part]) -> Overview:
+    """Compare the models, at their best n in each run, with full orders that assume a wrong k_0.
+
+    Signals are exact. Failed runs do not count, nor do models that fail in another.
+    """
+    runs = [part.facts["cells"]["exact"] for part in parts if not part.facts["failed"]]
     square: dict[str, list[float]] = {}
-    for m, name in enumerate(MODELS):
-        at_best = [(run["mse"][m], run["best"][m]) for run in cells]
-        if all(place is not None for _, place in at_best):
+    for m, name in enumerate(TRACED):
+        at_best = [(run["mse"][m], run["best"][m]) for run in runs]
+        if runs and all(place is not None for _, place in at_best):
             square[name] = [float(np.mean(mse[place])) for mse, place in at_best]
-    if not cells or not square:
-        return "No model ran through every experiment."
-    means = {name: float(np.mean(values)) for name, values in square.items()}
-    first, *others = sorted(means, key=means.__getitem__)
-    kpa = {name: f"{np.sqrt(mean) / KILO:#.2g}".rstrip(".") for name, mean in means.items()}
-    next_ones = ", then " + ", ".join(f"{name} ({kpa[name]})" for name in others[:3]) if others else ""
-    wins = Counter(min(square, key=lambda name: square[name][run]) for run in range(len(cells)))
-    runs = "in the only run" if len(cells) == 1 else f"over all {len(cells)} runs"
-    constant = [kpa[name] for name in means if MODELS[name].temperature == "constant"]
-    last = f"; a constant temperature leaves {min(constant, key=float)} or more" if constant else ""
-    text = (
-        f"With its best n in each run, {first} is nearest to the full order: {kpa[first]} kPa RMS {runs}"
-        f"{next_ones}{last}."
-    )
-    if len(wins) == 1:
-        return f"{text} It is so in every run." if len(cells) > 1 else text
-    counts = ", ".join(f"{name} in {count}" for name, count in wins.most_common())
-    return f"{text} No model is nearest in every run: {counts}."
+    means = sorted((float(np.mean(values)) ** 0.5 / KILO, name) for name, values in square.items())
+    rms = {name: value for value, name in means if value > 0}
+    kpa = {name: f"{value:#.2g}".rstrip(".") for name, value in rms.items()}
+    reduced, walls = ([name for name in rms if (name in MODELS) == of] for of in (True, False))
+    if not reduced:
+        return Overview()
+    over = "in the only run" if len(runs) == 1 else f"over all {len(runs)} runs"
+    headline = f"{reduced[0]} is off by {kpa[reduced[0]]} kPa RMS"
+    text = f"Errors against the full order {over}. Each model has its best n and the right k_0."
+    if walls:
+        headline += f", the full order with an unmeasured wall conductance by up to {kpa[walls[-1]]} kPa"
+        factors = {conductance_factor(e.plant.cylinder.bore) for e in study.experiments.values()}
+        known = " to ".join(dict.fromkeys(f"{factor:.2g}" for factor in sorted(factors)))
+        ends = " and ".join(f"{kpa[name]} kPa with one too {name.split()[1]}" for name in walls)
+        text += f" Without a measurement k_0, the wall conductance, is known within a factor of {known}:"
+        text += f" the full order is off by {ends} by this factor."
+    free = [name for name in reduced if MODELS[name].wall == "none"]
+    if free and free[0] != reduced[0]:
+        text += f" {free[0]} needs no k_0: {kpa[free[0]]} kPa."
+    wins = Counter(min(reduced, key=lambda name: square[name][run]) for run in range(len(runs)))
+    if len(runs) > 1:
+        text += f" Nearest by run: {', '.join(f'{name} in {count}' for name, count in wins.most_common())}."
+    low, high = round_number(min(rms.values()), up=False), round_number(1.01 * max(rms.values()), up=True)
+    numbers = (factor * 10.0**power for power in range(-9, 9) for factor in (1, 2, 5))
+    ticks = [(f"{tick:g}", axis_fraction(tick, low, high)) for tick in numbers if low <= tick <= high]
+    rows = [(_model(name), kpa[name], axis_fraction(value, low, high)) for name, value in rms.items()]
+    return Overview(headline, text, rows, ticks)
 
 
 def experiment_text(experiment: Experiment) -> str:
@@ -197,16 +224,22 @@ def experiment_text(experiment: Experiment) -> str:
 
 
 def _model(name: str) -> dict[str, Any]:
-    model, look = MODELS[name], MODEL_LOOKS[name]
-    mixing = "mixing" if model.mixing else "no mixing"
+    look, model = LOOKS[name], MODELS.get(name)
+    text = f"{name} by the factor within which it is known without a measurement"
+    if model is not None:
+        mixing = "mixing" if model.mixing else "no mixing"
+        text = f"{model.temperature} temperature, {mixing}, wall heat {model.wall}"
     return {
-        "name": name,
-        "text": f"{model.temperature} temperature, {mixing}, wall heat {model.wall}",
+        "name": name.replace("k_0", "k₀").replace(
+            " ", "\u00a0"
+        ),  # the page's address has spaces between names
+        "text": text.replace("k_0", "k₀"),
         "colour": look.color,
         "on_dark": on_dark(look.color),
         "dash": [] if isinstance(look.linestyle, str) else look.linestyle[1],
-        "has_n": model.has_n,
-        "first": name in FIRST_SHOWN,
+        "has_n": model is not None and model.has_n,
+        "kind": "wrong" if model is None else "none" if model.wall == "none" else "right",  # its k_0
+        "first": name in (*FIRST_SHOWN, "full, high k_0"),
     }
 
 
@@ -230,7 +263,7 @@ def report_page(
     None if that was not run; with `manuscript`, the page links ``paper.pdf``.
     """
     data = {
-        "models": [_model(name) for name in MODELS],
+        "models": [_model(name) for name in TRACED],
         "n": list(study.n),
         "chambers": CHAMBERS,
         "transports": list(STUDY_SAMPLING),
@@ -245,7 +278,7 @@ def report_page(
         STUDY_TEMPLATES,
         study=study,
         data=data,
-        answer=answer(parts),
+        overview=overview(study, parts),
         sampling=STUDY_SAMPLING,
         parts=parts,
         verdict=verdict,

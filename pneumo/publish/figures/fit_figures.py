@@ -8,9 +8,18 @@ from matplotlib.figure import Figure
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import QUANTITIES
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.publish.figures.panels import one_two_five
 from pneumo.publish.model_looks import MODEL_LOOKS
-from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, PALE, axis_label, new_figure, paper_style
+from pneumo.publish.style import (
+    ACCENT,
+    DOUBLE_MM,
+    GREY,
+    INK,
+    PALE,
+    axis_label,
+    new_figure,
+    one_two_five,
+    paper_style,
+)
 from pneumo.publish.text.formatting import KILO
 
 MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from pneumo.publish.figures.panels import symbol
-from pneumo.publish.style import DOUBLE_MM, INK, axis_label, new_figure, paper_style
+from pneumo.publish.style import DOUBLE_MM, INK, axis_label, new_figure, paper_style, symbol
 from pneumo.publish.text.formatting import KILO
 from pneumo.selection.answer import Answer
 from pneumo.statistics.error_budget import FULL_ORDER, Row

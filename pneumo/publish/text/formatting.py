@@ -20,16 +20,18 @@ def significant(value: float) -> str:
 
 
 def ends_text(low: float, high: float) -> str:
-    """Write an interval to three or four digits; an end at 0, at infinity or NaN is no limit.
+    """Write an interval to three or four digits; an end at infinity or NaN is no limit, nor is 0 a lone one.
 
     Examples
     --------
     >>> ends_text(1.4662, 1.511), ends_text(0.0, 1.1514), ends_text(np.nan, np.inf)
-    ('1.466 to 1.511', 'at most 1.151', 'not determined')
+    ('1.466 to 1.511', '0 to 1.151', 'not determined')
     """
-    if not 0 < low < np.inf:
-        return f"at most {significant(high)}" if 0 < high < np.inf else "not determined"
-    return f"{significant(low)} to {significant(high)}" if high < np.inf else f"at least {significant(low)}"
+    if np.isfinite(low) and np.isfinite(high):
+        return f"{significant(low) if low else '0'} to {significant(high)}"
+    if np.isfinite(low) and low > 0:
+        return f"at least {significant(low)}"
+    return f"at most {significant(high)}" if np.isfinite(high) and high > 0 else "not determined"
 
 
 def percent_text(fraction: float, digits: int = 0) -> str:

@@ -169,16 +169,9 @@ def fit_rows(fit: FitResult) -> list[list[str]]:
             elif np.isnan([low, high]).all() and cell["at_bound"].item():
                 row.append(f"{significant(best) if best else '0'} (on its bound)")
             else:
-                row.append(f"{significant(best)} ({_ends(low, high)})")
+                row.append(f"{significant(best)} ({ends_text(low, high)})")
         rows.append(row)
     return rows
-
-
-def _ends(low: float, high: float) -> str:
-    """Ends of an interval that may begin at zero, or below it."""
-    if np.isfinite(high - low) and low <= 0:
-        return f"{significant(low) if low else '0'} to {significant(high)}"
-    return ends_text(low, high)
 
 
 RIG_TITLE = (

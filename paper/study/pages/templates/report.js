@@ -120,7 +120,7 @@ function overN() {
     series: [{}, ...lines()],
     scales: { x: { time: false, range: [data.n[0] - room, data.n.at(-1) + room] }, y: { distr: 3 } },
     axes: [axis("n", { size: 34, space: 40 }), axis("MSE (Pa²)", { size: 42, values: (_, splits) => splits.map(power) })],
-    padding: [8, 34, 0, 0],
+    padding: [8, 82, 0, 0],
     cursor: { y: false, points: { show: false }, drag: { x: false, y: false } },
     hooks: { draw: [drawChosen] },
   }, [data.n, ...models.map(() => data.n.map(() => null))], element("over-n"));
@@ -168,8 +168,8 @@ function drawChosen(plot) {
 const plots = {
   u: timePanel("u", "u (V)", grey("u", 1.5), []),
   x: timePanel("x", "x (mm)", grey("x", 1.5), []),
-  pressure: timePanel("pressure", "kPa", grey("full order", 4), lines()),
-  error: timePanel("error", "kPa", grey("zero", 1), lines()),
+  pressure: timePanel("pressure", "P (kPa)", grey("full order", 4), lines()),
+  error: timePanel("error", "error (kPa)", grey("zero", 1), lines()),
   "over-n": overN(),
 };
 const fit = () => {

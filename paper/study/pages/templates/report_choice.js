@@ -90,7 +90,7 @@ function button(model, m) {
   const looks = { type: "button", className: "model", value: m, title: `${model.name}: ${model.text}` };
   const made = Object.assign(document.createElement("button"), looks);
   const dash = model.dash.map((length) => 1.6 * length).join(" ");
-  made.innerHTML = `<kbd>${m < 10 ? (m + 1) % 10 : ""}</kbd><svg width="30" height="8" aria-hidden="true"><line x1="0" x2="30" y1="4" y2="4" stroke-width="2.4" stroke-dasharray="${dash}"/></svg>`;
+  made.innerHTML = `${m < 10 ? `<kbd>${(m + 1) % 10}</kbd>` : ""}<svg width="30" height="8" aria-hidden="true"><line x1="0" x2="30" y1="4" y2="4" stroke-width="2.4" stroke-dasharray="${dash}"/></svg>`;
   made.append(model.name);
   made.addEventListener("click", () => choose(toggled(m)));
   for (const event of ["pointerenter", "focus"]) made.addEventListener(event, () => highlight(m));
