@@ -21,7 +21,7 @@ from workflow.jobs.checked_study import (
 )
 from workflow.jobs.checksums import write_sums
 from workflow.jobs.fleet_plan import checked_fleet
-from workflow.jobs.rerun_triggers import ASSESSMENT, SIMULATION, sha256_of
+from workflow.jobs.rerun_triggers import sha256_of
 from workflow.jobs.run_lock import check_run_folder, take_run_lock
 
 find_checkout()

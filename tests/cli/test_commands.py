@@ -191,9 +191,9 @@ def test_a_full_disk_or_a_pipe_that_nobody_reads_is_one_line(arguments):
 
 
 def test_what_the_locale_cannot_write_is_escaped(tmp_path):
-    environment = os.environ | {"PYTHONIOENCODING": "latin-1", "PYTHONPATH": str(ROOT)}
+    environment = os.environ | {"PYTHONIOENCODING": "latin-1", "PYTHONUTF8": "1", "PYTHONPATH": str(ROOT)}
     options = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True}
-    done = subprocess.run([*PNEUMO, "init", "Kolben-Ω/z.yaml"], **options)
+    done = subprocess.run([*PNEUMO, "init", "Kolben-Ω/z.yaml".encode()], **options)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("Kolben-\\u03a9/z.yaml: written")
 

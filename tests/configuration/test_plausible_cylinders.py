@@ -27,6 +27,9 @@ def sources(**changes):
     ("changes", "words"),
     [
         ({"load_N": 300.0}, "mine.yaml: cylinders.mine.load_N = 300.0: the piston cannot move back"),
+        ({"load_N": 300.0}, "at P_s_Pa = 700000 the air pushes with 247 N, and load"),
+        ({"load_N": -400.0}, "the piston cannot move out: at P_s_Pa = 700000 the air pushes with 294 N"),
+        ({"load_N": 300.0, "coulomb_N": 310.0}, "coulomb_N = 310.0: the piston cannot move back"),
         ({"coulomb_N": 10_000.0}, "coulomb_N = 10000.0: the piston cannot move"),
         ({"mass_kg": 40.0, "incline_deg": 90.0}, "mass_kg = 40.0: the piston cannot move out"),
         ({"bore_mm": 0.025, "rod_mm": 0.01}, "bore_mm = 0.025: below 1 mm; is it in metres?"),

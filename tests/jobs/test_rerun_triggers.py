@@ -1,28 +1,57 @@
 """What makes Snakemake run a rule again: edits of what it uses."""
 
 import re
+from pathlib import Path
 
 import grimp
+import pytest
 from checkout import ROOT
 from workflow_scripts import SCRIPTS
 
-from workflow.jobs.rerun_triggers import ASSESSMENT, SIMULATION
+from workflow.jobs.rerun_triggers import IMPORTED, sources
 
-RULE = re.compile(r"code=sha256_of\(([^)]*)\).*?scripts/(\w+\.py)", re.DOTALL)
-IMPORTED = re.compile(r"^from ((?:pneumo|paper)\.[\w.]+) import", re.MULTILINE)
-WITHOUT_NUMBERS = ("pneumo/errors", "pneumo/regular_file", "workflow/jobs")
+RULE = re.compile(r"^rule (\w+):(?:(?!^rule ).)*?code=sha256_of\(([^)]*)\).*?scripts/(\w+\.py)", re.M | re.S)
+RULES = RULE.findall("".join(file.read_text() for file in sorted((ROOT / "workflow/rules").glob("*.smk"))))
+SIMULATED = "settling datum replay ranking_cells fleet_block"
+JUDGED = "verdict figures report manuscript"
 
 
-def test_every_rule_names_the_folders_of_all_that_its_script_imports():
+def named(watched: str) -> list[Path]:
+    return [Path(name) for name in re.findall(r'"(.+?)"', watched)]
+
+
+def test_every_rule_watches_its_script_and_all_that_it_imports(monkeypatch):
+    monkeypatch.chdir(ROOT)
     graph = grimp.build_graph("pneumo", "paper", cache_dir=None)
-    text = "".join(file.read_text() for file in sorted((ROOT / "workflow/rules").glob("*.smk")))
-    rules = RULE.findall(text)
-    assert {script for _, script in rules} == {file.name for file in SCRIPTS.glob("*.py")} - {"schemes.py"}
-    for named, script in rules:
-        folders = re.findall(r'"([^"]+)"', named)
-        folders += ASSESSMENT if "ASSESSMENT" in named else SIMULATION if "SIMULATION" in named else ()
-        imported = IMPORTED.findall((SCRIPTS / script).read_text())
-        behind = {*imported}.union(*map(graph.find_upstream_modules, imported))
-        covered = tuple(f"{folder.removesuffix('.py')}/" for folder in (*folders, *WITHOUT_NUMBERS))
-        paths = {module.replace(".", "/") + "/" for module in behind - {"paper.study"}}
-        assert not {path for path in paths if not path.startswith(covered)}, script
+    assert {script for *_, script in RULES} == {file.name for file in SCRIPTS.glob("*.py")} - {"schemes.py"}
+    for _, watched, script in RULES:
+        file = Path("workflow/scripts", script)
+        assert file in named(watched)
+        imported = [module for module, _ in IMPORTED.findall(file.read_text())]
+        behind = {*imported}.union(*map(graph.find_upstream_modules, imported)) - {"paper.study"}
+        seen = {".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in sources(file)}
+        assert behind <= seen, script
+
+
+@pytest.mark.parametrize(
+    ("edited", "again", "kept"),
+    [
+        ("pneumo/physics/models.py", f"{SIMULATED} {JUDGED} statistics measured_air", ""),
+        ("pneumo/core/replay.c", f"{SIMULATED} {JUDGED} measured_records", "simulated_example"),
+        ("pneumo/configuration/schema.py", "ranking_cells fleet_block", "datum replay statistics report"),
+        ("pneumo/catalogue/conductances.csv", "ranking_cells fleet_block", "datum replay figures"),
+        ("pneumo/statistics/averages.py", "statistics verdict figures fleet_index", "settling datum replay"),
+        ("pneumo/export/c_source.py", "", f"{SIMULATED} {JUDGED} verdict_2007 measured_air fleet_index"),
+        ("pneumo/fitting/estimate.py", "measured_air", f"{SIMULATED} {JUDGED} verdict_2007"),
+        ("pneumo/cli/options.py", "", f"{SIMULATED} {JUDGED} measured_air fleet_index"),
+        ("pneumo/publish/figures.mplstyle", "figures evidence_figure", f"{SIMULATED} statistics verdict"),
+        ("pneumo/publish/pages/templates/page.css", "verdict report fleet_index", f"{SIMULATED} figures"),
+        ("pneumo/verdict/judging.py", "verdict verdict_2007", f"{SIMULATED} statistics figures report"),
+        ("paper/study/paper_2006/computations.py", "verdict", f"{SIMULATED} figures report verdict_2007"),
+        ("paper/study/figures/measured_air_figure.py", "evidence_figure", f"{SIMULATED} {JUDGED}"),
+    ],
+)
+def test_an_edit_runs_again_what_uses_it_only(edited, again, kept, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    using = {rule for rule, watched, _ in RULES if Path(edited) in sources(*named(watched))}
+    assert {*again.split()} <= using and not {*kept.split()} & using

@@ -1,33 +1,47 @@
 """Sources that a rule uses, which Snakemake watches besides the rule's inputs."""
 
 import hashlib
+import re
 from functools import cache
 from pathlib import Path
 
-# Folders and files behind every simulated number.
-SIMULATION = (
-    *("pneumo/core", "pneumo/physics", "pneumo/catalogue", "pneumo/configuration"),
-    *("pneumo/simulation", "pneumo/storage", "paper/study/stored_runs.py"),
-)
-# And behind what is judged, drawn or written.
-ASSESSMENT = (
-    *SIMULATION,
-    *(f"pneumo/{room}" for room in ("statistics", "verdict", "equations", "linear", "export", "fitting")),
-    *("pneumo/selection", "pneumo/publish", "paper/study"),
-)
-COMPILED = {".pyc", ".so", ".pyd"}
+IMPORTED = re.compile(r"^ *(?:from|import) ((?:pneumo|paper)\.[\w.]+)(?: import ([\w, ]+|\([^)]*))?", re.M)
+BESIDE = (
+    "build.py",
+    "*.[ch]",
+    "*.csv",
+    "*.mplstyle",
+    "templates/**/*.*",
+)  # what modules read in their folders
 
 
-@cache
-def sha256_of(*paths: str) -> str:
-    """Return the SHA-256 of files, and of all sources in folders, that a rule uses without naming them.
+def sha256_of(*files: str) -> str:
+    """Return the SHA-256 of files and their `sources`.
 
     As a parameter of the rule it makes Snakemake run the rule again after an edit.
     """
-    if len(paths) != 1:
-        return hashlib.sha256("".join(map(sha256_of, paths)).encode()).hexdigest()
-    path, digest = Path(*paths), hashlib.sha256()
-    for file in sorted(filter(Path.is_file, path.rglob("*"))) if path.is_dir() else [path]:
-        if file.suffix not in COMPILED:
-            digest.update(f"{file.as_posix()}\0{file.stat().st_size}\0".encode() + file.read_bytes())
+    digest = hashlib.sha256()
+    for file in sorted(sources(*map(Path, files))):
+        digest.update(f"{file.as_posix()}\0{file.stat().st_size}\0".encode() + file.read_bytes())
     return digest.hexdigest()
+
+
+def sources(*files: Path) -> set[Path]:
+    """Files, all of this project that they import, and the data beside those modules."""
+    used, new = set[Path](), {*files}
+    while new:
+        used |= new
+        new = set[Path]().union(*map(_used, new)) - used
+    return used
+
+
+@cache
+def _used(file: Path) -> set[Path]:
+    if file.suffix != ".py":
+        return set()
+    used = set[Path]().union(*map(file.parent.glob, BESIDE))
+    for module, names in IMPORTED.findall(file.read_text(encoding="utf-8")):
+        path = Path(*module.split("."))
+        for each in (path, *(path / name for name in re.findall(r"\w+", names))):
+            used |= {*filter(Path.is_file, (each.with_suffix(".py"), each / "__init__.py"))}
+    return used

@@ -10,7 +10,7 @@ rule statistics:
     log:
         "<results>/logs/statistics.log",
     params:
-        code=sha256_of(*SIMULATION, "pneumo/statistics"),
+        code=sha256_of("workflow/scripts/statistics.py"),
     message:
         "Statistics over experiments, for both samplings of the signals"
     script:
@@ -41,7 +41,7 @@ rule verdict:
         "<results>/logs/verdict.log",
     params:
         name="2006",
-        code=sha256_of(*ASSESSMENT),
+        code=sha256_of("workflow/scripts/verdict.py", "paper/study/paper_2006/paper.py"),
     message:
         "Verdict: every published number and claim, and its page"
     script:

@@ -11,7 +11,7 @@ rule ranking_cells:
     params:
         study=STUDY,
         known=lookup("{cylinder}", within=LIMITS),
-        code=sha256_of(*SIMULATION, "pneumo/selection", "pneumo/statistics"),
+        code=sha256_of("workflow/scripts/ranking_cells.py"),
     message:
         "Full-order runs and replays over seeds, cylinder {wildcards.cylinder}"
     script:
@@ -27,7 +27,7 @@ rule ranking_page:
     log:
         "<results>/logs/ranking_page.log",
     params:
-        code=sha256_of(*ASSESSMENT),
+        code=sha256_of("workflow/scripts/ranking_page.py"),
     message:
         "Ranking of the models on each cylinder"
     script:

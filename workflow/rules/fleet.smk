@@ -20,9 +20,7 @@ rule fleet_block:
     params:
         content=block_content,
         signals=sha256_of(*FLEET.signal_files()),
-        code=sha256_of(
-            *SIMULATION, "pneumo/equations", "pneumo/export", "pneumo/selection", "pneumo/statistics"
-        ),
+        code=sha256_of("workflow/scripts/fleet_block.py"),
     message:
         "Cylinders from {wildcards.block} on: full-order runs and replays over seeds, rankings"
     script:
@@ -39,7 +37,7 @@ rule fleet_index:
         "<results>/logs/fleet_index.log",
     params:
         name=FLEET.sources.content["name"],
-        code=sha256_of(*ASSESSMENT),
+        code=sha256_of("workflow/scripts/fleet_index.py"),
     message:
         "Index of all cylinders"
     script:

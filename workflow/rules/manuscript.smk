@@ -22,7 +22,7 @@ rule manuscript:
     log:
         "<results>/logs/manuscript.log",
     params:
-        code=sha256_of(*ASSESSMENT),
+        code=sha256_of("workflow/scripts/manuscript.py"),
     message:
         "Manuscript as PDF"
     script:

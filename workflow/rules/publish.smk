@@ -44,7 +44,7 @@ rule figures:
     log:
         "<results>/logs/figures.log",
     params:
-        code=sha256_of(*ASSESSMENT),
+        code=sha256_of("workflow/scripts/figures.py"),
     message:
         "Figures 7-11 and time traces"
     script:
@@ -64,7 +64,7 @@ rule report:
         "<results>/logs/report.log",
     params:
         manuscript=exists(f"{RESULTS}/paper.pdf"),
-        code=sha256_of(*ASSESSMENT),
+        code=sha256_of("workflow/scripts/report.py"),
     message:
         "Report: the study as a page to explore"
     script:

@@ -7,7 +7,7 @@ rule simulated_example:
     log:
         "<results>/logs/simulated_example.log",
     params:
-        code=sha256_of(*ASSESSMENT),
+        code=sha256_of("workflow/scripts/simulated_example.py"),
     message:
         "Simulated example of 2007"
     script:
@@ -32,7 +32,7 @@ rule verdict_2007:
         "<results>/logs/verdict_2007.log",
     params:
         name="2007",
-        code=sha256_of(*ASSESSMENT),
+        code=sha256_of("workflow/scripts/verdict.py", "paper/study/paper_2007/paper.py"),
     message:
         "Verdict on the paper of 2007, and its page"
     script:

@@ -10,7 +10,7 @@ rule settling:
     priority: 1  # before what replays do not wait for
     params:
         study=STUDY,
-        code=sha256_of(*SIMULATION, "paper/study/settling_run.py", "paper/study/settling_times.py"),
+        code=sha256_of("workflow/scripts/settling.py"),
     message:
         "Settling-time runs, settling times and the ten-times rule"
     script:
@@ -27,7 +27,7 @@ rule datum:
     threads: all_cores_but_one  # which the settling runs have meanwhile
     params:
         study=STUDY,
-        code=sha256_of(*SIMULATION),
+        code=sha256_of("workflow/scripts/datum.py"),
     message:
         "Configuration {config[name]} in SI units, full-order runs"
     script:
@@ -53,7 +53,7 @@ rule replay:
         "<results>/logs/replay.log",
     threads: all_cores
     params:
-        code=sha256_of(*SIMULATION, "paper/study/samplings.py", "paper/study/trace_layout.py"),
+        code=sha256_of("workflow/scripts/replay.py"),
     message:
         "Replays of all models, both signal samplings: errors, also by interval of time for the report"
     script:

@@ -194,6 +194,15 @@ def test_the_order_of_day_and_month_is_that_of_the_whole_file(stamps, steps):
     np.testing.assert_allclose(t, [0, steps], atol=1e-12)
 
 
+def test_a_missing_stamp_is_no_mistake_in_the_others():
+    for stamps in (
+        ["", "12/05/2006 23:59:59.5", "n/a", "13/05/2006 00:00:00"],
+        ["", "0.5 sec", "n/a", "1.0 sec"],
+    ):
+        _, t = seconds(Path("a.csv"), Channel("Time", np.array(stamps, dtype=object)), "s")
+        np.testing.assert_allclose(t, [np.nan, 0, np.nan, 0.5], atol=1e-12)
+
+
 def test_a_stamp_that_is_none_is_named():
     for last in ("13/13/2006 00:00:00", "13/05/2006", "later"):
         stamps = np.array(["12/05/2006 23:59:59.5", last], dtype=object)

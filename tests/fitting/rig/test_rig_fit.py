@@ -65,6 +65,8 @@ def test_a_supply_that_sags_is_shared_by_both_chambers():
     with_other = replayed(about | {"dead_volume_B_mL": 20}, driven())[0]
     # What the other chamber drew before the valve switched, and draws after, is missing in this one.
     assert np.abs(with_other - alone).max() > 1e3
+    narrow = replayed(about | {"regulator_C_dm3_per_sbar": 0.02}, driven())[0]
+    assert np.abs(narrow - alone).max() > 1e3  # less is drawn from the source
 
 
 @pytest.mark.parametrize("model", ["M8", "full order"])
