@@ -1,8 +1,8 @@
 """The package's reduced models at arguments named as in `paper_equations`."""
 
-import strategies as some
 from hypothesis import strategies as st
 
+from pneumo import testing as some
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
 
 RATES = st.floats(1e-9, 1e-2)  # of change of a volume, m3/s

@@ -6,11 +6,11 @@ multiplied by zero or raised to the power zero.
 
 import numpy as np
 import pytest
-import strategies as some
 from hypothesis import given
 from hypothesis import strategies as st
 from model_rates import arguments, evaluate, rate
 
+from pneumo import testing as some
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Gas, exact_gas
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-import strategies as some
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pneumo
 from pneumo import Cylinder, Model, recorded, replay, simulate
+from pneumo import testing as some
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import InputError, RunError

@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pint
 import pytest
-import strategies as some
 from bad_input import BASE, PAPER, complaint, error_of, made, override_of
 from hypothesis import given
 from hypothesis import strategies as st
 from paper_study import STUDY
 
 from paper.study.stored_runs import from_json
+from pneumo import testing as some
 from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation, to_json
 from pneumo.configuration.parameters import accuracy, load, plant_of, sonic_conductance, study, validated

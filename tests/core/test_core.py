@@ -17,7 +17,6 @@ from readable_equations import (
     full_order_rates,
     full_order_step,
 )
-from strategies import plants
 
 import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Plant
@@ -29,6 +28,7 @@ from pneumo.simulation import polynomials
 from pneumo.simulation.fitted_pressures import pressures_of_sets
 from pneumo.simulation.full_order import STEP_TOLERANCE, equilibrium, record, run
 from pneumo.simulation.replay import replay_one_by_one
+from pneumo.testing import plants
 
 EPS = np.finfo(float).eps
 TYPES = (Gas, Valve, Conditions, Cylinder, Plant, Drive, Lane)

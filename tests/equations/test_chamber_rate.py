@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-import strategies as some
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_rates import EVERY, plain_rate, rate_size
 
 from pneumo import MODELS, chamber_rate, linearise
+from pneumo import testing as some
 from pneumo.equations.branches import Choice, choices
 from pneumo.errors import InputError
 from pneumo.physics.valve import choked_flow

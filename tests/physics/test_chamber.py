@@ -5,11 +5,11 @@ import math
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
 from hypothesis import given
 from hypothesis import strategies as st
 from model_rates import arguments
 
+from pneumo import testing as some
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import Cylinder, acceleration, chamber_of, heat_area, motion, stopped, volume
 

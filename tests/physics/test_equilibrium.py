@@ -1,11 +1,11 @@
 """Equilibrium pressure of Appendix 2: the half-bridge of two leaking restrictions."""
 
 import pytest
-import strategies as some
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from pneumo import testing as some
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import exact_gas, mass_flow
 

@@ -3,12 +3,12 @@
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
 from hypothesis import given, target
 from hypothesis import strategies as st
 from model_rates import arguments, evaluate, scale_of
 
 from paper.study.paper_2006.paper_models import PAPER_MODELS
+from pneumo import testing as some
 from pneumo.physics.models import MODELS, WALL_LAWS, Lane, lane, lane_array, temperature
 
 EPS = np.finfo(float).eps

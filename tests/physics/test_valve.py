@@ -5,10 +5,10 @@ import math
 import numpy as np
 import paper_equations as paper
 import pytest
-import strategies as some
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from pneumo import testing as some
 from pneumo.physics.valve import (
     Conditions,
     Gas,

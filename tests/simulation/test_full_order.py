@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import strategies as some
 from array_equations import array_flows, array_rates, array_sides, array_wall
 from brief import in_brief
 from hypothesis import given
@@ -13,6 +12,7 @@ from paper_study import STUDY, lasting
 from readable_equations import A, B
 from scipy.integrate import solve_ivp
 
+from pneumo import testing as some
 from pneumo.simulation.excitation import reference_series
 from pneumo.simulation.full_order import (
     DIVERGED,

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import strategies as some
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY
@@ -10,6 +9,7 @@ from readable_equations import chamber_rates
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 from scipy.linalg import expm
 
+from pneumo import testing as some
 from pneumo.physics.cylinder import Side, chamber_of, heat_area
 from pneumo.physics.models import MODELS, full_order_lane
 from pneumo.physics.valve import choked_flow, exact_gas, mass_flow

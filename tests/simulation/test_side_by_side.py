@@ -4,12 +4,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-import strategies as some
 from brief import in_brief
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 
+from pneumo import testing as some
 from pneumo.configuration.experiment import Drive
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, INTERPOLATED, Sampling
 from pneumo.physics.models import MODELS, Lane, lane, lane_array
