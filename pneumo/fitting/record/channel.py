@@ -17,6 +17,7 @@ MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a")
 WORDS = {"true": 1.0, "on": 1.0, "false": 0.0, "off": 0.0, "1": 1.0, "0": 0.0}
 TIME = r"(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"  # names of times, besides t
 TIME_NAME = re.compile(rf"(?:t|{TIME})(?:[\s_\[(.].*)?")
+PATH = re.compile(r"[^\[(]*[/.|]")  # of a signal in a tree of names
 DURATION = r"\d{1,4}:\d\d:\d\d(?:[.,]\d{1,9})?"
 LARGEST = 1e30  # number that is no mistake
 
@@ -173,10 +174,10 @@ def is_time(name: str) -> bool:
 def table_channels(columns: Sequence[Channel]) -> list[Channel]:
     """Channels of a table's columns, with their clocks.
 
-    Where several columns have the same name of a time, each is the clock of those right of it. Columns of
-    seconds and nanoseconds are one clock.
+    Where several columns have the same name of a time, at the end of a path or alone, each is the clock of
+    those right of it. Columns of seconds and nanoseconds are one clock.
     """
-    names = [channel.name.strip().lower() for channel in columns]
+    names = [PATH.sub("", channel.name).strip().lower() for channel in columns]
     result, (clock, parts) = list[Channel](), _sec_nanosec(columns)
     for k, channel in enumerate(columns):
         if is_time(names[k]) and names.count(names[k]) > 1:

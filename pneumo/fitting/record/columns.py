@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import parse_yaml, read_yaml
 from pneumo.errors import InputError, printable
-from pneumo.fitting.record.channel import TIME, Channel
+from pneumo.fitting.record.channel import PATH, TIME, Channel
 from pneumo.fitting.record.units import (
     ON_OFF,
     PLAIN,
@@ -24,19 +24,21 @@ from pneumo.fitting.record.units import (
     reading,
 )
 
-NAME = rf"t|u|x|T|P_A|P_B|P_s|P|m_A|m_B|{TIME}"
+NAME = rf"t|u|x|T|[Pp]_?[ABabs]|P|m_A|m_B|{TIME}"
+SIDES = str.maketrans("PpabS", "AAABs")  # of a pressure's name: P is the only one, of chamber A
 SUFFIX = r"[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?|[^\w\s].*"  # kPa, bar [abs], °C
-HEADER = re.compile(rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ]+(?P<suffix>{SUFFIX}))?\s*")
+HEADER = re.compile(
+    rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ]+(?P<suffix>{SUFFIX})|/\s*(?P<per>.+))?\s*"
+)
 LABEL = re.compile(r"(.+?)(?:\s*[\[(](.+)[\])]|[_ ]+([^\w\s]\S*))?")  # name and unit elsewhere
-PATH = re.compile(r"[^\[(]*[/.|]")  # of a signal in a tree of names
 MOST_NAMED = 8  # columns that a message names
 UNNAMED = "?"  # for a column that nobody can guess
 LIKELY = {"t": "s", "u": "V", "x": "mm", "T": "degC", **dict.fromkeys(("m_A", "m_B"), "kg/s")}
 LIKELY |= dict.fromkeys(("P_A", "P_B", "P_s"), "bar")
 CURVE = "; it looks like a table of a valve's flow: that is `curve` under `valve` in the file of --config"
 GUESSES = {  # names of columns in other laboratories, in small letters and digits
-    "t": re.compile(r"t|time|timestamp|zeit|temps|tempo"),
-    "u": re.compile(r"[rfbi]?(u|u?(command|cmd|ventil|valve|stell\w*|spannung|voltage))"),
+    "t": re.compile(r"t|(time|zeit|temps|tempo)\w*"),
+    "u": re.compile(r"[rfbi]?(u|(u|ventil|valve)?(command|cmd|ventil|valve|stell\w*|spannung|voltage))"),
     "x": re.compile(r"[rf]?(x|s|(act)?pos(ition)?|weg|hub|lage|stroke|displacement)"),
     "P_A": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(a|1)"),
     "P_B": re.compile(r"[rf]?(p|pres|druck|pressure|pression)(b|2)"),
@@ -129,7 +131,9 @@ def _is_on_off(channel: Channel) -> bool:
 def clock_unit(clock: Channel, columns: Mapping[str, Column]) -> str:
     """Unit of a channel's own times: of the channel, in its name, or else that of the column t."""
     t = columns.get("t")
-    own = "" if t and t.column == clock.name else clock.unit or _name_and_unit(clock.name)[1]
+    names = (clock.name, PATH.sub("", clock.name))
+    own = clock.unit or next((unit for _, unit in map(_name_and_unit, names) if unit), "")
+    own = "" if t and t.column == clock.name else own
     return own or (t.unit if t else "")
 
 
@@ -169,6 +173,10 @@ def _guessed(
     for quantity in missing:
         labels = ((name, _foreign(label)[0]) for name in free for label in (name, PATH.sub("", name)))
         name = next((name for name, label in labels if GUESSES[quantity].fullmatch(label)), UNNAMED)
+        units = {name: plain_unit(unit or _foreign(name)[1]) for name, unit in free.items()}
+        of_time = [name for name, unit in units.items() if isinstance(reading("t", unit), Reading)]
+        if quantity == "t" and name == UNNAMED and len(of_time) == 1:
+            name = of_time[0]
         found[quantity] = Column(column=name, unit=plain_unit(free.pop(name, "") or _foreign(name)[1]))
     return found
 
@@ -201,12 +209,15 @@ def _foreign(header: str) -> tuple[str, str]:
 
 
 def _name_and_unit(name: str) -> tuple[str, str]:
-    """Quantity and unit of a header; no quantity for another name, no unit for `P_A` or `X_Value`."""
+    """Quantity and unit of a header such as `pA [bar]` or `t/s`; no unit for `P_A` or `X_Value`."""
     match = HEADER.fullmatch(name.translate(PLAIN))
     if match is None:
         return "", ""
-    quantity = {"P": "P_A"}.get(match["name"], match["name"] if match["name"] in QUANTITIES else "t")
-    unit = (match["unit"] or match["suffix"] or "").replace("_per_s", "/s")
-    if match["suffix"] and not unit.isalpha() and not isinstance(reading(quantity, unit), Reading):
-        return "", ""
+    name, per = match["name"], match["per"] or ""
+    if name[0] in "Pp":
+        name = f"P_{name[-1].translate(SIDES)}"
+    quantity = name if name in QUANTITIES else "t"
+    unit = (match["unit"] or match["suffix"] or per).replace("_per_s", "/s")
+    sure = not per and (not match["suffix"] or unit.isalpha())
+    return (quantity, unit) if sure or isinstance(reading(quantity, unit), Reading) else ("", "")
     return quantity, unit

@@ -156,8 +156,11 @@ def _check_command(path: Path, signal: Series, x: np.ndarray, plant: Plant, clos
     forth, back = (x - np.minimum.accumulate(x)).max(), (np.maximum.accumulate(x) - x).max()
     if not closed and u.min() * u.max() >= 0 and min(forth, back) > TO_AND_FRO * plant.cylinder.stroke / 2:
         middle = f"`offset: {-(u.min() + u.max()) / 2:.2g}` in --columns, if the valve is shut there"
+        unit = "V 0..10"
+        if signal.text.startswith("%"):
+            unit, middle = "% 0..100", "an `offset` in --columns, if the valve is shut there"
         both = "but the piston moves both ways: must be negative where chamber B is filled"
-        raise InputError(f"{found}, of one sign, {both}; write a unit such as `V 0..10`, or {middle}")
+        raise InputError(f"{found}, of one sign, {both}; write a unit such as `{unit}`, or {middle}")
     beyond = 100 * float(np.mean(np.abs(u) > u_max))
     limited = f"column u: beyond the limiter's {u_max:g} V in {beyond:.2g} % of samples; limited"
     return [limited] if beyond else []

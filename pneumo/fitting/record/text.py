@@ -57,7 +57,7 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     """
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):  # Excel's "Unicode text"
         content = content.decode("utf-16", errors="replace").encode()
-    content = content[:-1000] + re.sub(rb"[\s;,]+(EOF|END)[\s;,]*\Z", b"\n", content[-1000:])
+    content = content[:-1000] + re.sub(rb"(?i)[\s;,]+(EOF|END)\b[^\n]*\s*\Z", b"\n", content[-1000:])
     head = b"".join(islice(io.BytesIO(content), HEAD_LINES + SAMPLE_LINES))
     try:
         encoding = "utf-8-sig"

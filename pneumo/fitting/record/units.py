@@ -109,9 +109,9 @@ class Reading(NamedTuple):
 
 
 def plain_unit(text: str) -> str:
-    """Unit without brackets, in ASCII: `degC` for `[°C]`, `m/s` for `m s-1`."""
+    """Unit without brackets, in ASCII: `degC` for `[°C]` or `(°C)`, `m/s` for `m s-1`."""
     text = " ".join(text.translate(PLAIN).split()).rstrip(".")
-    if text.startswith("[") and text.endswith("]"):
+    if re.fullmatch(r"\[.*\]|\([^()]*\)", text):
         text = text[1:-1].strip()
     text = text.split(" since ")[0].replace("^", "").replace("**", "")
     return text.replace(" s-1", "/s").replace("_per_", "/")

@@ -97,6 +97,15 @@ def inspector():
     return head + ",Interp: linear,Interp: linear,Interp: linear,,Interp: zoh\n" + lines(columns, ",")
 
 
+def in_a_tree():
+    """Columns of time for the command and for the sensors, under different names."""
+    t, u = slow("u")
+    head = (
+        "valve.Time [s];valve.u [V];cylinder.Time [s];cylinder.x [mm];cylinder.P_A [bar];cylinder.P_B [bar]\n"
+    )
+    return head + lines([t, u, TIME, *(truth()[n] for n in ("x", "P_A", "P_B"))], ";")
+
+
 def labview(point=".", columns="One", segments=1, of=lambda name: (TIME, truth()[name])):
     """File of LabVIEW with one column of times, none, or (Multi) one for each signal; in segments of rows."""
     text = f"LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
@@ -274,6 +283,11 @@ COMMON = {  # one rate
     "tabs below comments": ("a.txt", lambda: "# bench 3, 12 May\n#\n" + named("\t") + rows(MS, sep="\t")),
     "spaces, commented header with commas": ("a.exp", lambda: "#" + named(",", "{}({})") + rows(MS, sep=" ")),
     "row of units": ("a.csv", lambda: "Time;u;x;P_A;P_B\n[ms];[V];[mm];[bar a];[bara]\n" + rows(MS, sep=";")),
+    "row of units in parentheses, a line at the end": (
+        "a.csv",
+        lambda: "Time,u,x,pA,pB\n(ms),(V),(mm),(bar),(bar)\n\n" + rows(MS) + "\nEnd of file; 9 signals\n",
+    ),
+    "units behind slashes": ("a.csv", lambda: "t/ms,u/V,x/mm,p_A/bar,p_B/bar\n" + rows(MS)),
     "Excel's Unicode text": ("a.txt", lambda: (named("\t") + rows(MS, sep="\t")).encode("utf-16")),
     "ISO stamps": (
         "a.csv",
@@ -308,6 +322,7 @@ BAGS = (".mcap", ".db3", ".bag")
 RATES = {  # the command more slowly
     "TwinCAT Scope": ("a.csv", scope),
     "Data Inspector": ("a.csv", inspector),
+    "clocks in a tree": ("a.csv", in_a_tree),
     "LabVIEW, two increments": ("a.lvm", lambda: labview(columns="No", of=slow)),
     "LabVIEW, pairs of columns": ("a.lvm", lambda: labview(columns="Multi", of=slow)),
     "PlotJuggler": ("a.csv", plotjuggler),
