@@ -150,6 +150,10 @@ def test_the_command_prints_the_stroke_and_writes_run_and_figure(inside, mine, t
     assert code == 0 and out.count("stroke of") == 2
     record = pneumo.read_record(tmp_path / "run.csv", tmp_path / "my.yaml")
     np.testing.assert_allclose(record.P[0], pd.read_csv(tmp_path / "run.csv")["P_A_Pa"])
+    inside(
+        "simulate", "my.yaml", "--command", "run.csv", "--time", 1, "-o", "again.csv"
+    )  # with units: t_s, u_V
+    assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "run.csv").read_bytes()
     start = "x=0,P_A=4e5,P_B=4e5"
     code, out, _ = inside("simulate", "my.yaml", "--from", start, "--reference", "0,20@0.5", "--time", 1.5)
     assert code == 0 and "x from " in out

@@ -146,7 +146,7 @@ def _number(option: str, text: str) -> float:
 
 
 def _signal(option: str, text: str, columns: tuple[str, ...]) -> "tuple[np.ndarray, np.ndarray]":
-    """Times, s, from which values hold, and the values, shape (time, signal)."""
+    """Times, s, from which values hold, and the values, shape (time, signal). Headers may have units."""
     import numpy as np
 
     from pneumo.errors import InputError
@@ -155,9 +155,13 @@ def _signal(option: str, text: str, columns: tuple[str, ...]) -> "tuple[np.ndarr
         from pneumo.configuration.text_file import read_column, read_csv
 
         file = Path(text)
-        if columns == ("u",) and {"u_A", "u_B"} <= {*read_csv(file.absolute(), option)}:
+        headers = read_csv(file.absolute(), option).columns
+        plain = dict(
+            zip(headers.str.replace(r"_[sV]$| \[(s|V|mm)\]$|_mm$", "", regex=True), headers, strict=True)
+        )
+        if columns == ("u",) and {"u_A", "u_B"} <= {*plain}:
             columns = ("u_A", "u_B")
-        series = [np.array(read_column(file, name, option)) for name in ("t", *columns)]
+        series = [np.array(read_column(file, plain.get(name, name), option)) for name in ("t", *columns)]
         times, values = series[0] - series[0][0], np.stack(series[1:], axis=1)
     else:
         parts = [part.partition("@") for part in text.split(",")]
