@@ -39,7 +39,7 @@ def test_every_rule_watches_its_script_and_all_that_it_imports(monkeypatch):
         ("pneumo/physics/models.py", f"{SIMULATED} {JUDGED} statistics measured_air", ""),
         ("pneumo/core/replay.c", f"{SIMULATED} {JUDGED} measured_records", "simulated_example"),
         ("pneumo/configuration/schema.py", "ranking_cells fleet_block", "datum replay statistics report"),
-        ("pneumo/catalogue/conductances.csv", "ranking_cells fleet_block", "datum replay figures"),
+        ("pneumo/catalogue/conductances.csv", "ranking_cells fleet_block replay", "datum figures"),
         ("pneumo/statistics/averages.py", "statistics verdict figures fleet_index", "settling datum replay"),
         ("pneumo/export/c_source.py", "", f"{SIMULATED} {JUDGED} verdict_2007 measured_air fleet_index"),
         ("pneumo/fitting/estimate.py", "measured_air", f"{SIMULATED} {JUDGED} verdict_2007"),
