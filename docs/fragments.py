@@ -12,13 +12,13 @@ from typer.main import get_command
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.text.markdown_tables import markdown_table as table
+from paper.verdict.errata import Erratum, read_errata
 from pneumo.cli.commands import app
 from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE, VALVE_CURVE
 from pneumo.fitting.record.formats import FORMATS
 from pneumo.fitting.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.verdict.errata import Erratum, read_errata
 
 ROOT = Path(__file__).parents[1]
 NUMBERS = Path(__file__).with_name("numbers.yaml")

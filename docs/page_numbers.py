@@ -28,10 +28,10 @@ from paper.study.pages.verdict_page import SIMULATORS
 from paper.study.paper_2006.summary import LEVELS
 from paper.study.samplings import STUDY_SAMPLINGS
 from paper.study.text.markdown_tables import markdown_table as table
+from paper.verdict.facts import headline_text
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
-from pneumo.verdict.facts import headline_text
 
 RESULTS, STATIC = ROOT / "results", ROOT / "docs/static"
 FIGURES = ("measurements", "pulses", "vessel")  # copies of results/figures/

@@ -140,7 +140,7 @@ def printed_once(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def _judged_once(printed_once) -> dict:
     from paper.study.paper_2006.paper import PAPER_2006
-    from pneumo.verdict.judging import verdict
+    from paper.verdict.judging import verdict
 
     return verdict(printed_once, PAPER_2006)
 

@@ -2,6 +2,7 @@
 """What `pip install` gives: every engineer's command and the public names, in an empty folder."""
 
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -99,6 +100,22 @@ def test_an_engineers_commands_run_in_an_empty_folder(installed, tmp_path):
     written = {"out", "fitted", "cylinder.yaml", "record.csv", "quick.yaml"}
     written |= {"m8.c", "m8.h", "m8_test.c", "full.fmu"}
     assert {f.name for f in tmp_path.iterdir()} == written
+
+
+def test_the_verdict_is_a_package_of_its_own(tmp_path):
+    source = shutil.copytree(ROOT / "paper/verdict", tmp_path / "verdict")
+    alone = tmp_path / "alone"
+    install = ["uv", "pip", "install", "--quiet", "--offline", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*install, "--python", sys.executable, "--target", alone, source], check=True)
+    read = "import sys, paper.verdict.judging as j; print(j.__file__, 'pneumo' in sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", read],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(alone)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.stdout == f"{alone / 'paper/verdict/judging.py'} False\n", done.stderr
 
 
 def test_the_environment_is_of_bearable_size(installed):

@@ -3,6 +3,8 @@
 Modules are imported inside the functions, so that help and errors of usage are fast.
 """
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,7 +20,20 @@ OfPaper = Annotated[PaperName, Option("--paper", help="which paper")]
 paper = typer.Typer(help="Reproduction of the paper: verdict and evidence.")
 
 
+@contextmanager
+def _one_line() -> Generator[None]:
+    """Show an error in a paper's files as the command line shows all errors."""
+    from paper.verdict.published import PaperError
+    from pneumo.errors import InputError
+
+    try:
+        yield
+    except PaperError as error:
+        raise InputError(str(error)) from None
+
+
 @paper.command()
+@_one_line()
 def verdict(
     results: Results = RESULTS,
     paper: OfPaper = "2006",
@@ -71,6 +86,7 @@ def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
 
 
 @paper.command()
+@_one_line()
 def explain(
     what: Annotated[
         list[str], Argument(help="item of the verdict (T7.M8.mse) or cell of the grid (E07 M8 1.35)")
@@ -81,8 +97,8 @@ def explain(
     """Explain an item of the verdict or a cell of the grid."""
     from paper.study import known_papers
     from paper.study.text.explain import cell_text, item_text
+    from paper.verdict.judging import Judge
     from pneumo.errors import ResultError
-    from pneumo.verdict.judging import Judge
 
     if len(what) == 3:
         try:

@@ -46,7 +46,7 @@ def test_every_rule_watches_its_script_and_all_that_it_imports(monkeypatch):
         ("pneumo/cli/options.py", "", f"{SIMULATED} {JUDGED} measured_air fleet_index"),
         ("pneumo/publish/figures.mplstyle", "figures evidence_figure", f"{SIMULATED} statistics verdict"),
         ("pneumo/publish/pages/templates/page.css", "verdict report fleet_index", f"{SIMULATED} figures"),
-        ("pneumo/verdict/judging.py", "verdict verdict_2007", f"{SIMULATED} statistics figures report"),
+        ("paper/verdict/judging.py", "verdict verdict_2007", f"{SIMULATED} statistics figures report"),
         ("paper/study/paper_2006/computations.py", "verdict", f"{SIMULATED} figures report verdict_2007"),
         ("paper/study/figures/measured_air_figure.py", "evidence_figure", f"{SIMULATED} {JUDGED}"),
     ],

@@ -11,9 +11,9 @@ from paper.study.paper_2007 import simulated_example as of_example
 from paper.study.paper_2007.paper import PAPER_2007
 from paper.study.paper_2007.seven_steps import seven_steps
 from paper.study.paper_2007.simulated_example import READINGS, TAKEN, example
+from paper.verdict.judging import verdict
+from paper.verdict.published import recorded
 from pneumo.storage.files import write
-from pneumo.verdict.judging import verdict
-from pneumo.verdict.published import recorded
 
 pytestmark = pytest.mark.xdist_group("second paper")
 

@@ -12,8 +12,8 @@ from paper.study.pages.verdict_page import SIMULATORS, verdict_page
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.stored_runs import read_json
 from paper.study.text.explain import cell_text, item_text
+from paper.verdict.facts import headline_text
 from pneumo.errors import ResultError
-from pneumo.verdict.facts import headline_text
 
 pytestmark = pytest.mark.xdist_group("printed")
 

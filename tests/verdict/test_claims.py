@@ -12,10 +12,10 @@ from checkout import ROOT, edit
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2007.paper import PAPER_2007
-from pneumo.verdict.claims import read_claims
-from pneumo.verdict.errata import read_errata
-from pneumo.verdict.facts import Assumption, choices
-from pneumo.verdict.published import PaperError
+from paper.verdict.claims import read_claims
+from paper.verdict.errata import read_errata
+from paper.verdict.facts import Assumption, choices
+from paper.verdict.published import PaperError
 
 CLAIMS, ASSUMPTIONS = read_claims(PAPER_FOLDER), Assumption.read_all(PAPER_FOLDER, "assumptions.yaml")
 SUSPECTED = {"columns_of_table_8", "row_of_M10", "early_temperatures"}  # proofs that need results

@@ -2,10 +2,10 @@
 
 import pytest
 
-from pneumo.verdict.claims import Claim, ToleranceClass
-from pneumo.verdict.comparison import as_printed, compare, relative_deviation
-from pneumo.verdict.published import half_unit
-from pneumo.verdict.sources import Finding
+from paper.verdict.claims import Claim, ToleranceClass
+from paper.verdict.comparison import as_printed, compare, relative_deviation
+from paper.verdict.published import half_unit
+from paper.verdict.sources import Finding
 
 READ_OFF = {"tolerance": "read_off", "sigma": 0.1}
 FINDINGS = [  # finding, measure, limit, changes of the claim (printed: 2.0), agreement

@@ -2,9 +2,9 @@
 
 import pytest
 
-from pneumo.verdict.errata import Erratum
-from pneumo.verdict.facts import Assumption, Fact, choices, fact_of, headline, headline_text, judged_facts
-from pneumo.verdict.published import PaperError
+from paper.verdict.errata import Erratum
+from paper.verdict.facts import Assumption, Fact, choices, fact_of, headline, headline_text, judged_facts
+from paper.verdict.published import PaperError
 
 MASS = {"open": "mass", "value": [1, 2], "basis": "a table", "alternatives": {}}
 ASSUMPTIONS = {"mass": Assumption(**MASS), "rule": Assumption(**MASS | {"value": "a rule"})}

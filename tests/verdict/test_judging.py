@@ -16,13 +16,13 @@ from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.stored_runs import read_study
 from paper.study.stored_verdict import OF_EVIDENCE, stored_verdict
+from paper.verdict.facts import headline_text
+from paper.verdict.judging import Judge, verdict
+from paper.verdict.published import recorded
 from pneumo.cli.commands import app
 from pneumo.configuration.experiment import to_json
 from pneumo.errors import ResultError
 from pneumo.storage.files import write, write_text
-from pneumo.verdict.facts import headline_text
-from pneumo.verdict.judging import Judge, verdict
-from pneumo.verdict.published import recorded
 
 OF_M7 = {"S4.M7_40", "S4.M7_10", "S4.M7_mu", "S4.M7_sigma", "S4.M7_72", "S4.best_choice"}
 

@@ -3,8 +3,8 @@
 import pytest
 
 from paper.study.pages.verdict_page import verdict_page
-from pneumo.verdict.judging import Paper, verdict
-from pneumo.verdict.sources import Finding, MissingEvidence
+from paper.verdict.judging import Paper, verdict
+from paper.verdict.sources import Finding, MissingEvidence
 
 FILES = {
     "published/table1.csv": """\

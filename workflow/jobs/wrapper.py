@@ -11,6 +11,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
+from paper.verdict.published import PaperError
 from pneumo.errors import SYSTEM, PneumoError
 from workflow.jobs.run_lock import job_lock
 
@@ -35,7 +36,7 @@ def run_job(main: Callable[..., object], script: Mapping[str, Any]) -> None:
             main(**arguments(main, job))
         _log(job, f"{job.rule}: {time.perf_counter() - start:.2f} s\n")
     except BaseException as error:
-        correctable = isinstance(error, PneumoError) or getattr(error, "errno", 0) in SYSTEM
+        correctable = isinstance(error, (PneumoError, PaperError)) or getattr(error, "errno", 0) in SYSTEM
         text = " ".join(str(error).split())
         with suppress(OSError):  # the disk may be full
             _log(job, f"{text}\n" if correctable else traceback.format_exc())

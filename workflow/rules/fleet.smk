@@ -20,7 +20,7 @@ rule fleet_block:
     params:
         content=block_content,
         signals=sha256_of(*FLEET.signal_files()),
-        code=sha256_of("workflow/scripts/fleet_block.py"),
+        code=sha256_of("workflow/scripts/fleet_block.py", "workflow/jobs/fleet.py"),
     message:
         "Cylinders from {wildcards.block} on: full-order runs and replays over seeds, rankings"
     script:
@@ -37,7 +37,11 @@ rule fleet_index:
         "<results>/logs/fleet_index.log",
     params:
         name=FLEET.sources.content["name"],
-        code=sha256_of("workflow/scripts/fleet_index.py"),
+        code=sha256_of(
+            "workflow/scripts/fleet_index.py",
+            "workflow/jobs/fleet.py",
+            "workflow/jobs/fleet_page.py",
+        ),
     message:
         "Index of all cylinders"
     script:

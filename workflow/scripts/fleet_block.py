@@ -5,9 +5,9 @@ from typing import Any
 
 from pneumo.configuration.parameters import study, validated
 from pneumo.configuration.uncertain import uncertainties
-from pneumo.selection.fleet import run_block
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import same_at_every_n
+from workflow.jobs.fleet import run_block
 from workflow.jobs.wrapper import run_job
 
 

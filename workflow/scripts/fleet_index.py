@@ -3,9 +3,9 @@
 import hashlib
 from pathlib import Path
 
-from pneumo.publish.pages.fleet_page import fleet_page
-from pneumo.selection.fleet import INDEXED, fleet_index
 from pneumo.storage.files import attributes, read, write, write_text
+from workflow.jobs.fleet import INDEXED, fleet_index
+from workflow.jobs.fleet_page import fleet_page
 from workflow.jobs.wrapper import run_job
 
 

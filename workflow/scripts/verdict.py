@@ -6,8 +6,8 @@ from pathlib import Path
 from paper.study.kept_evidence import made
 from paper.study.known_papers import PaperName, paper
 from paper.study.pages.verdict_page import verdict_page
+from paper.verdict.judging import verdict
 from pneumo.storage.files import write_text
-from pneumo.verdict.judging import verdict
 from workflow.jobs.wrapper import run_job
 
 

@@ -1,4 +1,4 @@
-"""Page of a verdict: one self-contained HTML file; judging is done in `pneumo.verdict`.
+"""Page of a verdict: one self-contained HTML file; judging is done in `paper.verdict`.
 
 The paper's ``page.yaml`` has the headings, its ``findings.html.j2`` the findings beyond the facts, and
 ``simulators.json`` the counts of the verdicts on other simulators' runs.
@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 from paper.study.labels import ORIGINS
 from paper.study.pages import STATUS_LOOKS, STUDY_TEMPLATES
 from paper.study.text.verdict_text import deviation_text, size_text
+from paper.verdict.claims import BASES
+from paper.verdict.facts import headline_text
+from paper.verdict.published import Entry, read_entries
 from pneumo.publish.pages.page import page_text
-from pneumo.verdict.claims import BASES
-from pneumo.verdict.facts import headline_text
-from pneumo.verdict.published import Entry, read_entries
 
 SIMULATORS = "simulators.json"  # of a paper; `python -m benchmarks.simulators` writes it
 
@@ -55,7 +55,7 @@ class Pair(NamedTuple):
 
 
 def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[str] = ()) -> str:
-    """Write the page of `pneumo.verdict.judging.verdict`, with style and script inside.
+    """Write the page of `paper.verdict.judging.verdict`, with style and script inside.
 
     The same verdict gives the same text. `folder` is the paper's; `PaperError` if its ``page.yaml`` is
     missing or wrong. `evidence` has a text for each further file behind the verdict.

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from paper.study.paper_2006.results import StudyResults
+from paper.verdict.sources import Finding
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_heat
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
 from pneumo.physics.valve import Gas, choked_flow, critical_ratio, exact_gas, mass_flow, sonic_coefficient
-from pneumo.verdict.sources import Finding
 
 SONIC, CRITICAL = 0.0404, 0.5283  # eq (1) as printed
 GAMMA = 1.4

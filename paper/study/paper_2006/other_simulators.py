@@ -14,6 +14,8 @@ from paper.study.paper_2006.results import PrintedTables, StudyResults
 from paper.study.paper_2006.summary import EXPERIMENTS, fit, scores
 from paper.study.samplings import PUBLISHED, study_sampling
 from paper.study.stored_runs import datum_dataset
+from paper.verdict.judging import Item, Paper, Sources, verdict
+from paper.verdict.sources import MissingEvidence
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import ResultError, printable
 from pneumo.regular_file import regular_file
@@ -21,8 +23,6 @@ from pneumo.simulation.full_order import Recording
 from pneumo.statistics.averages import OVERALL, concatenated, statistics
 from pneumo.storage.files import check_sizes
 from pneumo.storage.layout import replayed_grid
-from pneumo.verdict.judging import Item, Paper, Sources, verdict
-from pneumo.verdict.sources import MissingEvidence
 
 SIGNALS = ("t", "u", "x", "v", "P_A", "P_B")  # of every run: s, V, m, m/s, Pa
 TEMPERATURES = ("T_A", "T_B")  # K; where they are missing, items about them are not judged

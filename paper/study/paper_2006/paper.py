@@ -1,4 +1,4 @@
-"""The paper of 2006: its files and functions, as `pneumo.verdict.judging` reads them."""
+"""The paper of 2006: its files and functions, as `paper.verdict.judging` reads them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,10 +12,10 @@ from paper.study.paper_2006.results import PrintedTables, StudyResults
 from paper.study.paper_2006.summary import EXPERIMENTS, highlights
 from paper.study.paper_2006.suspected_misprints import ARGUMENTS
 from paper.study.samplings import STUDY_SAMPLINGS
+from paper.verdict.judging import Paper, Sources
 from pneumo.configuration.experiment import plain
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import ResultError
-from pneumo.verdict.judging import Paper, Sources
 
 RUNS = {"failures": "datum", "settling_failures": "settling"}
 

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from paper.study import PAPERS
-from pneumo.verdict.published import PaperError, half_unit, read_cells
+from paper.verdict.published import PaperError, half_unit, read_cells
 
 PAPER_FOLDER = PAPERS / "2006"
 

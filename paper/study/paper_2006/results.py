@@ -11,11 +11,11 @@ from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.printed_tables import STATISTICS, percentiles, table5, table7, table8, table9
 from paper.study.paper_2006.table_likelihood import TableLikelihood, numbers_over_seeds
 from paper.study.stored_runs import failure_text, read_study
+from paper.verdict.sources import MissingEvidence
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.errors import ResultError
 from pneumo.statistics.averages import OVERALL, concatenated
 from pneumo.storage.files import open_grid, read
-from pneumo.verdict.sources import MissingEvidence
 
 
 class StudyResults:

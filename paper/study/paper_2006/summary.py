@@ -17,7 +17,7 @@ from paper.study.paper_2006.numbers_of_tables import TABLES
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.results import StudyResults
 from paper.study.samplings import STUDY_SAMPLINGS
-from pneumo.verdict.judging import Item, Sources, six_digits
+from paper.verdict.judging import Item, Sources, six_digits
 
 TABLE_NAMES = {
     "T7": "Table 7",

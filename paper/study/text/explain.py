@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from paper.verdict.claims import BASES
 from pneumo.errors import ResultError, shown
 from pneumo.storage.files import read
-from pneumo.verdict.claims import BASES
 
 TEXT_WIDTH = 100
 PROVED = {True: "true", False: "false", None: "open"}
 
 
 def item_text(item: Mapping[str, Any], errata: Mapping[str, Any]) -> str:
-    """Text of an item of `pneumo.verdict.judging.Judge.judge`: claim, reproduced value, status, reason.
+    """Text of an item of `paper.verdict.judging.Judge.judge`: claim, reproduced value, status, reason.
 
     `errata` are those of ``verdict.json`` by name.
     """

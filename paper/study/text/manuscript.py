@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 from paper.study.samplings import EXACT, STUDY_SAMPLINGS
 from paper.study.stored_runs import read_json, read_study
 from paper.study.text.verdict_text import size_text
+from paper.verdict.facts import AGREES, NOT_JUDGED, headline_text
 from pneumo.configuration.experiment import Study
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text
 from pneumo.statistics.intervals import CONFIDENCE
 from pneumo.storage.files import atomic
-from pneumo.verdict.facts import AGREES, NOT_JUDGED, headline_text
 
 CLAIMED = {  # printed numbers quoted in the text -> item of the verdict
     "of_M6": "S4.M7_40",

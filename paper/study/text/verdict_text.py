@@ -4,11 +4,11 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pneumo.verdict.facts import AGREES, NOT_JUDGED, headline_text
+from paper.verdict.facts import AGREES, NOT_JUDGED, headline_text
 
 
 def verdict_lines(judged: Mapping[str, Any]) -> Iterator[str]:
-    """Lines for `pneumo.verdict.judging.verdict`: the headline, and facts that do not plainly agree."""
+    """Lines for `paper.verdict.judging.verdict`: the headline, and facts that do not plainly agree."""
     yield textwrap.fill(headline_text(judged["headline"]), 80)
     for status in dict.fromkeys(fact["status"] for fact in judged["facts"]):
         if status in (AGREES, NOT_JUDGED):

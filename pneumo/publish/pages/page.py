@@ -8,7 +8,6 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from pneumo.publish.text.formatting import percent_text
-from pneumo.verdict.claims import UNITS_IN_TEXT
 
 TEMPLATES = Path(__file__).parent / "templates"
 LIVE_PAGE = Path(__file__).parent / "live.html"  # made by `make live`
@@ -19,9 +18,7 @@ def page_text(template: str, *folders: Path, **content: Any) -> str:
     lines: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
     loader = FileSystemLoader([TEMPLATES, *folders])
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, **lines)
-    filters: dict[str, Any] = {"math": with_indices, "percent": percent_text}
-    filters["unit"] = lambda unit: UNITS_IN_TEXT.get(unit, unit)
-    environment.filters.update(filters)
+    environment.filters.update({"math": with_indices, "percent": percent_text})
     return environment.get_template(template).render(**content)
 
 

@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 from scipy.special import chdtrc
 
-from pneumo.verdict.errata import Erratum
-from pneumo.verdict.published import Entry, PaperError
+from paper.verdict.errata import Erratum
+from paper.verdict.published import Entry, PaperError
 
 FACT_STATUSES = {  # best first -> in words, of one fact and of several
     "agrees": ("agrees", "agree"),

@@ -5,11 +5,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pneumo.verdict.claims import UNITS_IN_TEXT, Claim, read_claims
-from pneumo.verdict.comparison import Agreement, as_printed, compare, relative_deviation
-from pneumo.verdict.errata import Erratum, Proof, read_errata
-from pneumo.verdict.facts import Assumption, headline, judged_facts
-from pneumo.verdict.sources import Computation, Finding, MissingEvidence
+from paper.verdict.claims import UNITS_IN_TEXT, Claim, read_claims
+from paper.verdict.comparison import Agreement, as_printed, compare, relative_deviation
+from paper.verdict.errata import Erratum, Proof, read_errata
+from paper.verdict.facts import Assumption, headline, judged_facts
+from paper.verdict.sources import Computation, Finding, MissingEvidence
 
 OF_RESULTS = ("prediction", "fitted")  # kinds of evidence of items that depend on the parameters
 

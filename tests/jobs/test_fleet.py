@@ -9,7 +9,9 @@ from pneumo.configuration.uncertain import Uncertain
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.cylinder_template import write_table_template
-from pneumo.selection.fleet import (
+from pneumo.statistics.error_budget import FULL_ORDER
+from pneumo.storage.files import write
+from workflow.jobs.fleet import (
     CELLS,
     DRAWS,
     RANKED,
@@ -18,8 +20,6 @@ from pneumo.selection.fleet import (
     studies_of,
     together,
 )
-from pneumo.statistics.error_budget import FULL_ORDER
-from pneumo.storage.files import write
 
 pytestmark = pytest.mark.xdist_group("own study")  # the same kernels, compiled once
 UNKNOWN = {name: Uncertain(("C", "k_0"), ((0.01, 0.0), (0.0, 0.1))) for name in ("first", "second")}

@@ -4,8 +4,8 @@ import math
 from decimal import Decimal
 from typing import Literal
 
-from pneumo.verdict.claims import READ_OFF, Claim, ToleranceClass
-from pneumo.verdict.sources import Finding
+from paper.verdict.claims import READ_OFF, Claim, ToleranceClass
+from paper.verdict.sources import Finding
 
 Agreement = Literal["exact", "close"] | None  # None outside the tolerance class
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pneumo.verdict.published import Entry, read_entries
+from paper.verdict.published import Entry, read_entries
 
 Proof = Callable[..., tuple[bool, str]]  # whether it passes, and its evidence
 

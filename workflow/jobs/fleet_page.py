@@ -1,6 +1,7 @@
 """Index page of a fleet: one self-contained HTML file with a table of its cylinders to sort and filter."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,11 @@ from pneumo.physics.models import MODELS
 from pneumo.publish.model_looks import colours
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO, no_exponent, percent_text
-from pneumo.selection.fleet import DRAWS
 from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.ranking import MATERIAL
+from workflow.jobs.fleet import DRAWS
 
+TEMPLATES = Path(__file__).parent / "templates"
 DIGITS = 4  # of numbers in the table
 HEADS = ("cylinder", "bore (mm)", "stroke (mm)", "k₀ (W/K)", "recommended", "n", "expected RMS (kPa)")
 HEADS += ("as good", "best reduced", "its expected RMS (kPa)", "runs", "failed runs")
@@ -22,7 +24,7 @@ TEXTS = ("cylinder", "recommended", "as good", "best reduced")  # columns withou
 
 
 def fleet_rows(index: xr.Dataset) -> list[tuple[Any, ...]]:
-    """Rows of the table, in the order of `HEADS`, from `pneumo.selection.fleet.fleet_index`.
+    """Rows of the table, in the order of `HEADS`, from `workflow.jobs.fleet.fleet_index`.
 
     Lengths in mm, errors in kPa; None where there is no number, as where k_0 differs between experiments.
     """
@@ -81,6 +83,7 @@ def fleet_page(name: str, index: xr.Dataset) -> str:
     )
     return page_text(
         "fleet.html.j2",
+        TEMPLATES,
         name=name,
         heads=HEADS,
         texts=TEXTS,

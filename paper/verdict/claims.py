@@ -10,8 +10,8 @@ from typing import Any, Literal, NamedTuple
 
 from pydantic import Field
 
-from pneumo.verdict.facts import Fact, fact_of
-from pneumo.verdict.published import Entry, PaperError, half_unit, read_cells, read_entries, recorded
+from paper.verdict.facts import Fact, fact_of
+from paper.verdict.published import Entry, PaperError, half_unit, read_cells, read_entries, recorded
 
 UNITS_IN_TEXT = {
     "Pa2": "Pa²",

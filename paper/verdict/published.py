@@ -8,12 +8,10 @@ from typing import Any, Self
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from pneumo.errors import PneumoError
-
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast where PyYAML has libyaml
 
 
-class PaperError(PneumoError, ValueError):
+class PaperError(ValueError):
     """A file of the paper is missing, or has an unknown key, a repeated or an unknown name."""
 
 

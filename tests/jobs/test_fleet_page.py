@@ -6,11 +6,11 @@ import xarray as xr
 from page_checks import assert_fit_for_a_phone, assert_quiet, assert_readable, in_chromium
 from ranked_cells import answered, made
 
-from pneumo.publish.pages.fleet_page import HEADS, fleet_page, fleet_rows
 from pneumo.selection.answer import Answer
-from pneumo.selection.fleet import answer_dataset, together
 from pneumo.statistics.error_budget import FULL_ORDER
 from pneumo.statistics.ranking import Ranking
+from workflow.jobs.fleet import answer_dataset, together
+from workflow.jobs.fleet_page import HEADS, fleet_page, fleet_rows
 
 FIRST = {"full": 1e3}  # the full order's error is too large for it to be chosen
 SECOND = {"scale": 1e8}
