@@ -164,7 +164,7 @@ def test_explain_tells_an_item_and_a_cell_and_verdict_counts(printed_once, judge
     lines = done.stdout.splitlines()
     assert max(map(len, lines)) <= 80
     assert " ".join(lines).startswith(headline_text(judged_once["headline"]))
-    assert "M7 with n = 1.35 has the errors that the text quotes (0 of 5 agree;" in done.stdout
+    assert "M7 with n = 1.35 has the errors that the text quotes (0 of 5 within tolerance;" in done.stdout
 
 
 @pytest.mark.results

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from paper.study.labels import ORIGINS
 from paper.study.pages import STATUS_LOOKS, STUDY_TEMPLATES
 from paper.study.text.verdict_text import deviation_text, size_text
-from paper.verdict.claims import BASES
+from paper.verdict.claims import BASES, UNITS_IN_TEXT
 from paper.verdict.facts import headline_text
 from paper.verdict.published import Entry, read_entries
 from pneumo.publish.pages.page import page_text
@@ -65,6 +65,8 @@ def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[st
     items = {
         fact["name"]: [i for i in verdict["items"] if i["fact"] == fact["name"]] for fact in verdict["facts"]
     }
+    pairs = _beside(page.beside, verdict["items"]) if page.beside else {}
+    ratios = [float(row[0].ratio) for row in pairs.values() if row[0].ratio]
     return page_text(
         "verdict.html.j2",
         STUDY_TEMPLATES,
@@ -81,7 +83,9 @@ def verdict_page(verdict: Mapping[str, Any], folder: Path, evidence: Sequence[st
         ordinal=lambda number: {1: "", 2: "second", 3: "third"}.get(number, f"{number}th"),
         on_log_axis=axis_fraction,
         off=deviation_text,
-        beside=_beside(page.beside, verdict["items"]) if page.beside else {},
+        scaled=_scaled,
+        beside=pairs,
+        within=max((abs(ratio - 1) for ratio in ratios), default=None),
         members=items,
     )
 
@@ -97,6 +101,15 @@ def _beside(beside: Beside, items: Sequence[Mapping[str, Any]]) -> dict[str, lis
             shown = item["shown"].split(" ", 1)[0]
             rows.setdefault(row, []).append(Pair(item["id"], item["printed"], shown, ratio))
     return rows
+
+
+def _scaled(item: Mapping[str, Any]) -> str:
+    """Power of ten and unit in which a table prints an item, as its head has them."""
+    exponent = round(math.log10(item["scale"]))
+    if exponent <= 0:
+        return ""
+    power = "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(exponent))
+    return f"× 10{power} {UNITS_IN_TEXT.get(item['unit'], item['unit'])}"
 
 
 def axis_fraction(value: float, lowest: float, highest: float) -> float:

@@ -22,7 +22,7 @@ def verdict_lines(judged: Mapping[str, Any]) -> Iterator[str]:
 
 def size_text(fact: Mapping[str, Any]) -> str:
     """Size of a fact's deviation: agreeing items, chi-square, largest deviation in per cent and in seeds'."""
-    parts = [f"{fact['agree']} of {fact['judged']} agree" if fact["judged"] > 1 else ""]
+    parts = [f"{fact['agree']} of {fact['judged']} within tolerance" if fact["judged"] > 1 else ""]
     if fact["judged"] < fact["items"]:
         parts.append(f"{fact['items'] - fact['judged']} not run")
     if fact["chi_square"] is not None:

@@ -143,7 +143,7 @@ function drawChosen(plot) {
   for (const m of state.models) {
     const curve = plot.data[m + 1];
     const place = placeOf(m);
-    if (place !== null && curve[place] !== null) {
+    if (models[m].has_n && place !== null && curve[place] !== null) {
       ctx.fillStyle = colourOf(m);
       ctx.beginPath();
       ctx.arc(plot.valToPos(data.n[place], "x", true), plot.valToPos(curve[place], "y", true), 4.5 * ratio, 0, 2 * Math.PI);
@@ -277,7 +277,7 @@ function describe() {
   element("pressure-head").textContent = `Pressure in chamber ${chamber}: full order (grey)${samples ? " and models" : "; a shorter window shows the models too"}`;
   element("error-head").textContent = `Error of the models in chamber ${chamber}: full order minus model`;
   element("over-n-head").textContent = `Mean square error over n, chamber ${chamber}, whole run`;
-  element("ranking-head").textContent = `RMS error of every step, kPa, ${when}`;
+  element("ranking-head").textContent = `RMS error over all steps, kPa, ${when}`;
   element("of-chamber").textContent = `chamber ${chamber}`;
   const inside = traces.t.filter((t) => !state.window || (t >= state.window[0] - 1e-9 && t <= state.window[1] + 1e-9));
   element("sampling").textContent = samples
