@@ -70,6 +70,14 @@ REFUSED = [
     (lambda: table(x_m=1e3 * X), ["outside the stroke", "read in m; is it in mm"]),
     (lambda: table(u_V=np.ones(ROWS)), ["column u: 1 in every sample"]),
     (lambda: table(u_V=5 + np.cos(20 * T)), ["column u", "of one sign", "`V 0..10`", "offset: -5"]),
+    (
+        lambda: table(u_percent=50 + 40 * np.cos(20 * T)).rename(columns={"u_percent": "u_%"}),
+        ["column u", "`% 0..100`", "shut there"],
+    ),
+    (
+        lambda: table().rename(columns={"t_s": "Sample [ms]", "x_m": "way_mm"}),
+        ["no column t, x", '"t": {"column": "Sample [ms]", "unit": "ms"}'],
+    ),
     (lambda: table(P_s_Pa=np.full(ROWS, 0.39 * C.P_s)), ["column P_s", "0.4 to 1.6 times"]),
     (lambda: table(T_K=np.full(ROWS, 25.0)), ["column T: 25 K", "200 to 400 K"]),
 ]
