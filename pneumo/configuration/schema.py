@@ -9,7 +9,6 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from pneumo.catalogue import measured_cylinders
-from pneumo.configuration.conductance import CONVERSIONS, USUAL_B, conductance
 from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.schema_parts import (
     Conductance,
@@ -26,6 +25,7 @@ from pneumo.configuration.schema_parts import (
     key_of,
     listed,
 )
+from pneumo.configuration.valve_conversions import CONVERSIONS, USUAL_B, conductance
 from pneumo.physics.valve import GASES
 
 MOST_PERCENT = 50.0  # of an accuracy

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneumo.catalogue import conductance_factor
-from pneumo.configuration.conductance import CONVERSIONS, USUAL_B, conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import accuracy
 from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection
+from pneumo.configuration.valve_conversions import CONVERSIONS, USUAL_B, conductance
 
 SIGMAS = 1.96  # half-width of a 95 % interval over the standard deviation
 K_0_FACTOR = 2.0  # of a given k_0: estimates of the same wall differ as much

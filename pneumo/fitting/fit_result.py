@@ -90,7 +90,7 @@ TITLES = {  # of files
 }
 
 
-def judged(
+def light_and_reason(
     name: str, ends: Interval, doubts: Sequence[str] = (), searched: float = np.inf, stated: float = np.inf
 ) -> tuple[Light, str]:
     """Light of a parameter by the width of its interval and by `doubts`, and the reason if it is not green.

@@ -28,8 +28,7 @@ from pneumo.fitting.fit_problem import (
     priors,
     with_causes,
 )
-from pneumo.fitting.fit_result import Estimate, FitResult, Light, equally_good, fit_data
-from pneumo.fitting.fit_result import judged as judged_light
+from pneumo.fitting.fit_result import Estimate, FitResult, Light, equally_good, fit_data, light_and_reason
 from pneumo.fitting.fit_warnings import (
     disagreements,
     doubtful,
@@ -157,7 +156,7 @@ def judgements(
         stated = 2 * getattr(known, name) if prior else np.inf
         if name not in STARTS:
             ends = Interval(estimate.estimates[name], low, high)
-            result[name] = judged_light(name, ends, doubts, searched, stated)
+            result[name] = light_and_reason(name, ends, doubts, searched, stated)
     return result
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
-from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, fit_data, judged
+from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, fit_data, light_and_reason
 from pneumo.fitting.fitted_parameters import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.rig.rig_file import QUANTITIES as OF_RIG
@@ -88,7 +88,7 @@ def of_full_order(a_fit, factor=1.0, names=REPORTED, doubts=()):
     coords = {"model": ["full"], "parameter": names, "quantity": list(SHIFTING)}
     fit = replace(a_fit, data=xr.Dataset(data, coords))
     lights = {
-        name: judged(name, ends, [text for of, text in doubts if of in ("", name)], 1e6)
+        name: light_and_reason(name, ends, [text for of, text in doubts if of in ("", name)], 1e6)
         for name, ends in fit.estimates("full").items()
     }
     return replace(fit, judgements=lights)

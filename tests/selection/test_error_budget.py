@@ -10,9 +10,9 @@ from paper_study import STUDY, lasting
 from ranked_cells import LEVEL, answered, made
 
 import pneumo
-from pneumo.configuration.conductance import conductance
 from pneumo.configuration.parameters import load, study, validated
 from pneumo.configuration.uncertain import GROUPS, SIGMAS, Uncertain, plant_with, uncertainties
+from pneumo.configuration.valve_conversions import conductance
 from pneumo.errors import ConfigurationError
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import export_command, model_cost
