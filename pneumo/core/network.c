@@ -71,7 +71,8 @@ INLINE void network_rates(const double *y, int stage, const void *context, doubl
             double stored = node->k_store * (T - y[2 * count + s]);
             heat -= stored;
             dy[2 * count + s] = (stored + node->k_back * (node->T_wall - y[2 * count + s])) / node->c_store;
-        }
+        } else if (node->k_back > 0) /* in series */
+            heat += node->k_store * node->k_back / (node->k_store + node->k_back) * (node->T_wall - T);
         const double T_inlet = lane->mixing * T_in + (1 - lane->mixing) * T;
         dy[s] = dP_dt(P, T, volume_now, dV_dt, m_in, m_out, T_inlet, heat, lane->n_V, lane->n_in, lane->n_out, R, gamma);
         if (lane->full != 0) dy[count + s] = dT_dt(P, T, volume_now, dV_dt, m_in, m_out, dy[s], R);

@@ -22,6 +22,7 @@ LAMINAR = 5e-3  # 1 - P_d / P_u below which a flow is proportional to it: no ste
 STABLE = 2.5
 # Largest relative change of a pressure in a step, by a sonic flow from the highest to the lowest.
 ACCURATE = 0.25
+AT_ONCE = 1e3  # times between samples a heat store responds: faster ones follow at once
 HOTTEST = 400.0  # K, in the estimate of that rate
 
 
@@ -36,7 +37,7 @@ class Node(NamedTuple):
     T_wall: float  #: K
     k_0: float = 0.0  #: conductance to the wall, W/K; times `lane.wall_scale`
     k_store: float = 0.0  #: conductance to a heat store beside the gas, W/K
-    c_store: float = 0.0  #: heat capacity of the store, J/K; none where 0
+    c_store: float = 0.0  #: heat capacity of the store, J/K; 0: its temperature follows at once
     k_back: float = 0.0  #: conductance from the store to the wall, W/K
 
 
@@ -132,6 +133,10 @@ def replay(
         Pressures and temperatures at every sample; NaN from the sample on at which a pressure or a
         temperature is no longer positive, and throughout if a sample took more than `MOST_PARTS` steps.
     """
+    nodes = [
+        node._replace(c_store=0.0) if node.k_store + node.k_back > AT_ONCE * node.c_store / h else node
+        for node in nodes
+    ]
     needed = h * fastest_rate(nodes, links, surroundings, V, areas, gas)
     if needed > MOST_PARTS:
         nothing = np.full(V.shape, np.nan)
@@ -166,4 +171,7 @@ def replay(
         T[s] if node.lane.full else temperature(P[s], node.P_0, node.T_0, node.lane.a)
         for s, node in enumerate(nodes)
     ]
+    for s, node in enumerate(nodes):
+        if node.k_store > 0 and not node.c_store:
+            T_store[s] = (node.k_store * eq_6[s] + node.k_back * node.T_wall) / (node.k_store + node.k_back)
     return Replayed(P, np.array(eq_6), T_store)
