@@ -20,7 +20,7 @@ import numpy as np
 from pneumo.catalogue import GROWTH, coefficient_times_length, measured_bores
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION, load, sonic_conductance, study
-from pneumo.configuration.uncertain import LEAST_B, MOST_B, SIGMAS, Uncertain, uncertainties
+from pneumo.configuration.priors import LEAST_B, MOST_B, SIGMAS, Uncertain, uncertainties
 from pneumo.configuration.valve_conversions import conductance
 from pneumo.core.build import FLAGS
 from pneumo.core.build import FOLDER as CORE

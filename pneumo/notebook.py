@@ -20,9 +20,9 @@ from matplotlib.figure import Figure
 from pneumo.configuration.experiment import Plant, Study
 from pneumo.configuration.parameters import accuracy, configured_dynamics, load, sonic_conductance
 from pneumo.configuration.parameters import study as in_SI
+from pneumo.configuration.priors import uncertainties
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
-from pneumo.configuration.uncertain import uncertainties
 from pneumo.equations.named_model import model_row
 from pneumo.errors import InputError, printable
 from pneumo.export import exported, write_files

@@ -50,7 +50,7 @@ def check(
 ) -> None:
     """Check a configuration and list its experiments."""
     from pneumo.configuration.parameters import study as in_SI
-    from pneumo.configuration.uncertain import conversion_notes
+    from pneumo.configuration.priors import conversion_notes
     from pneumo.selection.plants import study_notes
 
     configuration = read_configuration(files, trust)
@@ -95,7 +95,7 @@ def study(
     from rich.progress import Progress
 
     from pneumo.configuration.parameters import study as in_SI
-    from pneumo.configuration.uncertain import conversion_notes, uncertainties
+    from pneumo.configuration.priors import conversion_notes, uncertainties
     from pneumo.notebook import ModelStudy
     from pneumo.publish.pages.study_page import check_folder
     from pneumo.publish.text.terminal_tables import ranking_table

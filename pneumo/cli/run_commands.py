@@ -61,7 +61,7 @@ def simulate(
 
     from pneumo import runs
     from pneumo.configuration.parameters import study
-    from pneumo.configuration.uncertain import conversion_notes
+    from pneumo.configuration.priors import conversion_notes
     from pneumo.errors import InputError
     from pneumo.storage.files import check_output
 

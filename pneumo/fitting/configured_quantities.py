@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumo.configuration.parameters import Accuracy
-from pneumo.fitting.engine import Solution, inverse_curvature, residual_scatter
 from pneumo.fitting.fit_problem import LIMITS, Problem, replayed_pressures
 from pneumo.fitting.fitted_parameters import CONFIGURED, SHIFTING, UNFITTED
+from pneumo.fitting.least_squares import Solution, inverse_curvature, residual_scatter
 
 
 def changed(problem: Problem, known: Accuracy) -> tuple[Problem, ...]:

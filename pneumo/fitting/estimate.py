@@ -8,14 +8,6 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
 from pneumo.fitting.configured_quantities import changes_of, configured_shifts, sensor_offsets
-from pneumo.fitting.engine import (
-    Solution,
-    correlation,
-    covariances,
-    expected_shifts,
-    parameter_interval,
-    remainder_shifts,
-)
 from pneumo.fitting.fit_problem import (
     FULL,
     LIMITS,
@@ -26,6 +18,14 @@ from pneumo.fitting.fit_problem import (
 )
 from pneumo.fitting.fit_result import Estimate, rms_of_chambers
 from pneumo.fitting.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
+from pneumo.fitting.least_squares import (
+    Solution,
+    correlation,
+    covariances,
+    expected_shifts,
+    parameter_interval,
+    remainder_shifts,
+)
 from pneumo.fitting.residuals import residuals
 from pneumo.fitting.settings import MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals

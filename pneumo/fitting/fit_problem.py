@@ -18,7 +18,6 @@ from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
 from pneumo.errors import InputError
-from pneumo.fitting.engine import LeastSquares, Scale, Solution, solve
 from pneumo.fitting.fitted_parameters import (
     ALSO,
     CONFIGURED,
@@ -29,6 +28,7 @@ from pneumo.fitting.fitted_parameters import (
     VALVE,
     start_name,
 )
+from pneumo.fitting.least_squares import LeastSquares, Scale, Solution, solve
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.valve_signal import behind_valve, lagged
 from pneumo.physics.cylinder import Side, chamber_of, heat_area

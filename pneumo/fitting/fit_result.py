@@ -11,15 +11,14 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES, SHIFTING, Quantity
+from pneumo.fitting.fitted_parameters import FULL_ORDER, QUANTITIES, SHIFTING, Quantity
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.fitting.settings import AS_GOOD, OF_STATED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
+from pneumo.fitting.settings import AS_GOOD
 from pneumo.physics.models import Wall
 from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
 
 Light = Literal["green", "yellow", "red"]  # of a parameter: determined, to be checked, not determined
-ADDS_LITTLE = "the record adds little to the stated accuracy"
 FIRST_WORDS = 48  # characters by which a table names a warning
 
 
@@ -88,30 +87,6 @@ TITLES = {  # of files
     "closed": "Thermal laws fitted to closed chambers",
     "rig": "Models fitted to a rig",
 }
-
-
-def light_and_reason(
-    name: str, ends: Interval, doubts: Sequence[str] = (), searched: float = np.inf, stated: float = np.inf
-) -> tuple[Light, str]:
-    """Light of a parameter by the width of its interval and by `doubts`, and the reason if it is not green.
-
-    `searched` is the width of the search, `stated` that of the interval which the configuration states, both
-    on the scale of the search. An interval with an open end is "red", but a search that begins at zero needs
-    no lower end. A parameter that is fitted within a stated accuracy is known that well in any case: it is
-    "yellow" where the record adds little, or where the interval would be red else.
-    """
-    search, low, high = PARAMETERS[name].search, ends.low, ends.high
-    low = 0.0 if search.low == 0 and np.isnan(low) else low
-    width = float(np.log(high / low)) if search.logarithmic and low > 0 else high - low
-    limits = VAGUE_PART * searched, ROUGH_PART * searched
-    vague, rough = np.log([VAGUE, ROUGH]) if search.logarithmic else limits
-    if not np.isfinite(width) or (not np.isfinite(stated) and width > vague):
-        return "red", "open or too wide an interval"
-    if doubts:
-        return "yellow", first_words(doubts[0])
-    if width > OF_STATED * stated:
-        return "yellow", ADDS_LITTLE
-    return ("yellow", "wide interval") if width > (vague if np.isfinite(stated) else rough) else ("green", "")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,9 +8,9 @@ import yaml
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import sonic_conductance
+from pneumo.configuration.priors import QUANTITIES as UNCERTAIN
+from pneumo.configuration.priors import SIGMAS, Uncertain, uncertainties
 from pneumo.configuration.schema import Configuration
-from pneumo.configuration.uncertain import QUANTITIES as UNCERTAIN
-from pneumo.configuration.uncertain import SIGMAS, Uncertain, uncertainties
 from pneumo.errors import printable
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CURVE, FULL_ORDER, PARAMETERS, QUANTITIES, of_group

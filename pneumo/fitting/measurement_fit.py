@@ -9,7 +9,6 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy, accuracy
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
-from pneumo.fitting.engine import covariances, expected_shifts, remainder_shifts
 from pneumo.fitting.estimate import (
     alike_notes,
     at_temperature,
@@ -28,7 +27,7 @@ from pneumo.fitting.fit_problem import (
     priors,
     with_causes,
 )
-from pneumo.fitting.fit_result import Estimate, FitResult, Light, equally_good, fit_data, light_and_reason
+from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
 from pneumo.fitting.fit_warnings import (
     disagreements,
     doubtful,
@@ -36,6 +35,8 @@ from pneumo.fitting.fit_warnings import (
     undetermined_notes,
 )
 from pneumo.fitting.fitted_parameters import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
+from pneumo.fitting.least_squares import covariances, expected_shifts, remainder_shifts
+from pneumo.fitting.lights import lights
 from pneumo.fitting.position_checks import dead_volume_notes, position_shown, stop_warnings
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import residuals, sensor_noise
@@ -45,7 +46,6 @@ from pneumo.fitting.valve_signal import largest_command
 from pneumo.fitting.wall_laws import wall_law_notes
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve_dynamics import ValveDynamics
-from pneumo.statistics.intervals import Interval
 
 CURVE_NOTE = (
     "the curve of the valve ends at the record's largest command, {:.3g} V; the valve's coefficient and C are"
@@ -134,30 +134,13 @@ def fit_measurement(
         ),
         warnings=(*of_rig, *disagreements(estimates)),
         held_out_from=float(measurement.t[split]),
-        judgements=judgements(judged, best, known, of_rig) if has_full else {},
+        judgements=lights(judged, best, known, of_rig) if has_full else {},
     )
 
 
 def _reported(problem: Problem) -> tuple[str, ...]:
     """Names of the parameters that get an interval, also those of the reduced models."""
     return tuple(dict.fromkeys((*REPORTED, *problem.also, *problem.priors)))
-
-
-def judgements(
-    problem: Problem, estimate: Estimate, known: Accuracy, warnings: Sequence[str]
-) -> dict[str, tuple[Light, str]]:
-    """Lights of the full order's parameters, and their reasons, by the intervals and the rig's warnings."""
-    concerned = [(text, getattr(text, "parameters", ())) for text in warnings]
-    result: dict[str, tuple[Light, str]] = {}
-    for name, searched in zip(problem.names, np.diff(problem.bounds(), axis=0)[0].tolist(), strict=True):
-        low, high = estimate.low.get(name, np.nan), estimate.high.get(name, np.nan)
-        doubts = [text for text, of in concerned if not of or name in of]
-        prior = name in problem.priors and name not in problem.also
-        stated = 2 * getattr(known, name) if prior else np.inf
-        if name not in STARTS:
-            ends = Interval(estimate.estimates[name], low, high)
-            result[name] = light_and_reason(name, ends, doubts, searched, stated)
-    return result
 
 
 def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[Problem, Estimate]:

@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumo.fitting.engine import Solution, white_variance
 from pneumo.fitting.fit_problem import FULL, Problem, fit
 from pneumo.fitting.fit_result import Estimate
+from pneumo.fitting.least_squares import Solution, white_variance
 from pneumo.fitting.settings import AS_GOOD, LAWS_ALIKE
 from pneumo.physics.models import Wall
 

@@ -1,7 +1,7 @@
 """Error budget of the models on one cylinder: expected error, its interval, and the parts that make it.
 
 A model and its n are chosen once, with the configured plant. The cylinder is drawn from the distribution of
-what is not known (`pneumo.configuration.uncertain`); errors are root mean squares over both chambers and all
+what is not known (`pneumo.configuration.priors`); errors are root mean squares over both chambers and all
 experiments. A part is what the mean square error loses when a group of quantities is known. It follows from
 cylinders in which only that group is off, and from others in which only the rest is: their sum lacks the
 products of both, whose mean is 0, so that few draws suffice. Parts of correlated quantities overlap.

@@ -17,8 +17,8 @@ from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation, to_json
 from pneumo.configuration.parameters import accuracy, load, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
+from pneumo.configuration.priors import conversion_notes, uncertainties
 from pneumo.configuration.schema_parts import merged
-from pneumo.configuration.uncertain import conversion_notes, uncertainties
 from pneumo.errors import ConfigurationError
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.valve import Gas, Valve, choked_flow

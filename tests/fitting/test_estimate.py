@@ -5,9 +5,9 @@ import pytest
 from synthetic_records import synthetic_record
 
 from pneumo.configuration.parameters import accuracy, load, study
-from pneumo.fitting.engine import covariances, expected_shifts
 from pneumo.fitting.estimate import estimate, split_of
 from pneumo.fitting.fit_problem import FULL, Problem, fit, replayed_pressures, settled
+from pneumo.fitting.least_squares import covariances, expected_shifts
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.physics.models import MODELS

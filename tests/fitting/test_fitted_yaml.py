@@ -9,7 +9,7 @@ from checkout import ROOT
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.parameters import load, study
-from pneumo.configuration.uncertain import uncertainties
+from pneumo.configuration.priors import uncertainties
 from pneumo.fitting.fit_result import Estimate, FitResult, fit_data
 from pneumo.fitting.fitted_parameters import REPORTED
 from pneumo.fitting.fitted_yaml import fitted_configuration

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from pneumo.configuration.parameters import load, study
-from pneumo.configuration.uncertain import Uncertain
+from pneumo.configuration.priors import Uncertain
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.cylinder_template import write_table_template

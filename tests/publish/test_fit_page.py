@@ -10,8 +10,9 @@ import xarray as xr
 from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
-from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, fit_data, light_and_reason
+from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, fit_data
 from pneumo.fitting.fitted_parameters import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
+from pneumo.fitting.lights import light_and_reason
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.rig.rig_file import QUANTITIES as OF_RIG
 from pneumo.fitting.rig.rig_file import fitted_quantity

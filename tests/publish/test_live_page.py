@@ -13,7 +13,7 @@ from page_checks import assert_accessible, assert_readable, in_chromium, stands_
 from live.build import assembled
 from pneumo import runs
 from pneumo.configuration.parameters import load, study
-from pneumo.configuration.uncertain import uncertainties
+from pneumo.configuration.priors import uncertainties
 from pneumo.publish.pages.page import LIVE_PAGE as PAGE
 from pneumo.selection.answer import answer
 from pneumo.selection.cylinder_ranking import run_study

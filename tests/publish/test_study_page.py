@@ -12,7 +12,7 @@ from rich.console import Console
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
-from pneumo.configuration.uncertain import GROUPS
+from pneumo.configuration.priors import GROUPS
 from pneumo.publish.figures.study_figures import budget_bars, budget_figure, causes
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page

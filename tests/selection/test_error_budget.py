@@ -11,7 +11,7 @@ from ranked_cells import LEVEL, answered, made
 
 import pneumo
 from pneumo.configuration.parameters import load, study, validated
-from pneumo.configuration.uncertain import GROUPS, SIGMAS, Uncertain, plant_with, uncertainties
+from pneumo.configuration.priors import GROUPS, SIGMAS, Uncertain, plant_with, uncertainties
 from pneumo.configuration.valve_conversions import conductance
 from pneumo.errors import ConfigurationError
 from pneumo.physics.models import MODELS

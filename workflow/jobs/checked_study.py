@@ -10,8 +10,8 @@ from typing import Any
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import Sources, read_yaml, study, validated
 from pneumo.configuration.plausible_cylinders import checked
+from pneumo.configuration.priors import uncertainties
 from pneumo.configuration.schema_parts import merged
-from pneumo.configuration.uncertain import uncertainties
 from pneumo.errors import ConfigurationError, as_lines
 
 BASE = Path("config/paper.yaml")

@@ -10,7 +10,7 @@ import xarray as xr
 
 from pneumo.configuration.cylinder_table import experiment_name
 from pneumo.configuration.experiment import Study, plain
-from pneumo.configuration.uncertain import Uncertain
+from pneumo.configuration.priors import Uncertain
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answers
 from pneumo.selection.cylinder_ranking import run_study

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.configuration.parameters import study, validated
-from pneumo.configuration.uncertain import uncertainties
+from pneumo.configuration.priors import uncertainties
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import same_at_every_n
 from workflow.jobs.fleet import run_block

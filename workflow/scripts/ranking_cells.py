@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.uncertain import Uncertain
+from pneumo.configuration.priors import Uncertain
 from pneumo.selection.cylinder_ranking import run_study, save_cells, selected
 from workflow.jobs.wrapper import run_job
 

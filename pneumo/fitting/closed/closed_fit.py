@@ -21,7 +21,6 @@ from pneumo.fitting.closed.closed_problem import (
     closed_problem,
     fitted_names,
 )
-from pneumo.fitting.engine import Solution, covariances
 from pneumo.fitting.estimate import alike_notes, at_temperature, error_line, ranked
 from pneumo.fitting.fit_problem import ON_BOUND
 from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
@@ -32,6 +31,7 @@ from pneumo.fitting.fit_warnings import (
     residual_warnings,
     undetermined_notes,
 )
+from pneumo.fitting.least_squares import Solution, covariances
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import Residual, noise_of, split_residuals
 from pneumo.fitting.settings import PART

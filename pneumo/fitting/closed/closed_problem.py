@@ -11,7 +11,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 import pneumo.core as core
-from pneumo.fitting.engine import LeastSquares, Scale, Solution, solve
+from pneumo.fitting.least_squares import LeastSquares, Scale, Solution, solve
 from pneumo.fitting.settings import LARGEST_MOTION
 
 SCALE = 1e6  # Pa, by which residuals are divided

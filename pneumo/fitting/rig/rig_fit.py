@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from pneumo.fitting.engine import LeastSquares, Scale, covariances, solve
 from pneumo.fitting.estimate import ranked
 from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, rms_of_chambers
+from pneumo.fitting.least_squares import LeastSquares, Scale, covariances, solve
 from pneumo.fitting.rig.rig_file import Rig, factor, fitted_quantity, key
 from pneumo.fitting.rig.rig_record import Run
 from pneumo.fitting.rig.rig_replay import ADIABATIC, RIG_MODELS, WALL, replay_run, rms, run_errors

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pneumo.fitting.engine import HALF_WIDTH, Scale, covariances, parameter_interval, solve
+from pneumo.fitting.least_squares import HALF_WIDTH, Scale, covariances, parameter_interval, solve
 
 T = np.linspace(0.0, 3.0, 400)
 TRUTH = np.array([0.5, -0.2, 1.0])  # ln a, ln b and the second channel's level
