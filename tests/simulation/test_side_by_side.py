@@ -95,6 +95,13 @@ def test_the_kernel_follows_all_lanes_of_the_whole_of_e14(monkeypatch, sampling,
     assert_same(ours, theirs, rtol=1e-10)  # mean squares of 60 000 errors, added with a rounding each
 
 
+@pytest.mark.parametrize(("b", "terms"), [(0.4, 10), (0.2, 14), (0.1, 18)])
+def test_the_kernel_follows_the_ellipse_of_any_critical_ratio(b, terms):
+    gas = E14.plant.gas._replace(critical_ratio=b, elliptic=True)
+    assert len(polynomials.flow_polynomial(gas)[0]) == terms
+    assert_same(*both(record(E14._replace(plant=E14.plant._replace(gas=gas)))))
+
+
 def test_polytropic_indices_below_one():
     n = np.linspace(0.8, 0.95, replay_module.WIDTH)  # a group of lanes of one model alone
     lanes = [lane(model, value, 1.4) for model in MODELS.values() if model.has_n for value in n]
