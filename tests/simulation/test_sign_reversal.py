@@ -10,10 +10,17 @@ from pneumo.simulation.full_order import equilibrium, record, run
 
 @pytest.mark.parametrize("toggles", [True, False])
 @pytest.mark.parametrize("each_stage", [True, False])
-@pytest.mark.parametrize(("name", "amplitude"), [("E13", 5.0), ("E15", 2.0)])
-def test_the_rule_step_by_step(name, amplitude, toggles, each_stage):
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("E13", {"amplitude": 5.0}),
+        ("E15", {"amplitude": 2.0}),
+        ("E15", {"amplitude": 2.0, "signal": "levels", "levels": (1.0, 0.0), "every": 77}),  # 0 reverses nothing
+    ],
+)
+def test_the_rule_step_by_step(name, change, toggles, each_stage):
     e = lasting(name, 4.0)
-    excitation = e.excitation._replace(amplitude=amplitude)  # reaches 96 % several times
+    excitation = e.excitation._replace(**change)  # reaches 96 % several times
     drive = e.drive._replace(toggles=toggles, each_stage=each_stage)
     reference = reference_series(drive, excitation, e.steps)
     # Within a step the plain command is used; whether stages still look is all that `each_stage` decides.
