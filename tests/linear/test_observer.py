@@ -39,6 +39,10 @@ def test_the_full_order_finds_pressures_temperatures_and_k_0(run):
     assert rms(learnt, run, 4.0) < rms(wrong, run, 4.0)
     assert 0.75 < learnt.k_0[-1] / PLANT.k_0 < 1.33  # from a half: most of the way in six seconds
     assert learnt.deviation[-1, 6] < 0.3 * learnt.deviation[0, 6]  # clearly better known than at first
+    for configured, end in ((PLANT.k_0 / 30, 10.0), (100 * PLANT.k_0, 0.1)):  # within a factor of ten
+        plant = PLANT._replace(k_0=configured)
+        kept = pneumo.ekf("full", None, plant, H, u=run.u, x=run.x, estimate_k_0=True)
+        assert kept.k_0[-1] == pytest.approx(end * configured)
 
 
 def test_a_reduced_model_has_no_temperature_and_a_measured_pressure_helps(run):

@@ -182,7 +182,7 @@ def test_piston_driven_against_its_stops(name):
     impacts = np.nonzero(~at_stop[:-1] & at_stop[1:])[0] + 1
     assert {np.sign(x[k]) for k in impacts} == {-1.0, 1.0}
     assert (v[impacts] == 0).all() and (abs(v[impacts - 1]) > 0.01).all()
-    for sign in (1, -1):  # of the steps to the first, that alone is halved which would end far beyond the stop
+    for sign in (1, -1):  # of the steps to the first stop, that alone is halved which ends far beyond it
         short = sign * reference[: impacts[0] + 1]
         halvings = run(equilibrium(e.plant), short, 0.0, drive, e.plant, e.h, 6).halvings
         assert halvings[-1] > 3 and not halvings[:-1].any()

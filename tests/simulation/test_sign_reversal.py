@@ -15,7 +15,8 @@ from pneumo.simulation.full_order import equilibrium, record, run
     [
         ("E13", {"amplitude": 5.0}),
         ("E15", {"amplitude": 2.0}),
-        ("E15", {"amplitude": 2.0, "signal": "levels", "levels": (1.0, 0.0), "every": 77}),  # 0 reverses nothing
+        # 0 reverses nothing
+        ("E15", {"amplitude": 2.0, "signal": "levels", "levels": (1.0, 0.0), "every": 77}),
     ],
 )
 def test_the_rule_step_by_step(name, change, toggles, each_stage):
