@@ -8,6 +8,7 @@ BASE = read_yaml(TEMPLATE)
 STRAIGHT = {"u_V": [-10, 0, 10], "C_dm3_per_sbar": [1.5, 0, 1.5]}
 CURVE = {"u_V": [0, 1, 2, 4, 6, 8, 10], "C_dm3_per_sbar": [0, 0.105, 0.3, 0.84, 1.26, 1.44, 1.5]}
 OVERLAP = {"u_V": [-10, 0, 10], "C_dm3_per_sbar": [0, 0.3, 1.5], "exhaust_C_dm3_per_sbar": [1.5, 0.2, 0]}
+CROSSING = {"u_V": [-10, 10], "C_dm3_per_sbar": [0, 1.5], "exhaust_C_dm3_per_sbar": [1.5, 0]}
 FOUR = {"C_dm3_per_sbar": 1.1, "b": 0.25, "exhaust_ratio": 1.5, "exhaust_b": 0.5}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bad_input import error_of
 from readable_equations import replay_lane
-from valve_paths import BASE, CURVE, FOUR, OVERLAP, STRAIGHT, plant
+from valve_paths import BASE, CROSSING, CURVE, FOUR, OVERLAP, STRAIGHT, plant
 
 import pneumo
 from pneumo.configuration.sampling import EXACT_SAMPLING
@@ -74,7 +74,7 @@ def test_each_path_has_its_own_conductance_and_critical_ratio():
 
 def test_runs_and_replays_of_the_core_are_those_of_the_readable_equations():
     rows = lane_array([lane(MODELS[name], 1.3, 1.4) for name in ("M2", "M8")])
-    for at in (plant(curve=CURVE), plant(curve=OVERLAP), plant(exhaust_b=0.45)):
+    for at in (*(plant(curve=curve) for curve in (CURVE, OVERLAP, CROSSING)), plant(exhaust_b=0.45)):
         run = pneumo.simulate(at, 1e-3, command=STEPS[:301] / 3).recording
         side_by_side, one_by_one = (
             how(run, rows, EXACT_SAMPLING).pressure for how in (replay, replay_one_by_one)
