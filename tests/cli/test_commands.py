@@ -115,6 +115,8 @@ def test_an_export_names_its_files_states_and_inputs_and_how_to_test_it(inside, 
     code, out, _ = inside("export", "full", "--to", "c", "--config", "mine.yaml", "-o", "new/full.c")
     assert code == 0 and out.startswith("new: new folder\nnew/full.c, new/full.h, new/full_test.c: written\n")
     assert "states P_A, T_A, P_B, T_B; inputs u, x, v\n" in out
+    piston = inside("export", "full", "--to", "c", "--config", "mine.yaml", "--piston", "-o", "piston.c")
+    assert "states x, v, P_A, T_A, P_B, T_B; inputs u, force\n" in piston[1]
     command = out.splitlines()[-1].removeprefix("Test it: ")
     assert subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True).returncode == 0  # noqa: S602
 

@@ -37,7 +37,7 @@ def test_stages_have_the_limited_command_or_a_linear_one_and_a_motion_with_its_d
 @pytest.mark.parametrize("side", ["A", "B"])
 def test_steps_are_short_where_a_valve_fills_a_small_chamber_fast(plant, side):
     end = plant.cylinder.x_min if side == "A" else plant.cylinder.x_max
-    u, x, V_d = np.full(50, 4.0), np.full(50, end), getattr(plant.cylinder, f"V_d_{side}")
+    u, x, V_d = 4.0 * (np.arange(50) > 9), np.full(50, end), getattr(plant.cylinder, f"V_d_{side}")
     record = Measurement("m", PERIOD, u, x, np.zeros((2, 50)))
     large = plant._replace(valve=plant.valve._replace(k_xu=2e-6))
     c, gas, A_t = plant.conditions, plant.gas, 2e-6 * 4.0

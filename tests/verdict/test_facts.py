@@ -68,9 +68,9 @@ def test_choices_are_shared_by_numbers_of_items_and_counted_once():
         "b": fact("fitted", chosen=["mass"]),
         "c": fact(),
     }
-    items = [item("exact", name="a")] + [item("exact", name="b")] * 3 + [item("missed", 5.0, 0.1, "c")]
+    items = [item("exact", name="a")] + [item("exact", None, 0.01, "b")] * 3 + [item("missed", 5.0, 0.1, "c")]
     rows = judged_facts(facts, items, ASSUMPTIONS, {}, lambda names: None)
-    assert [row["name"] for row in rows] == ["c", "a", "b"]  # worst first
+    assert [row["name"] for row in rows] == ["c", "b", "a"]  # worst first
     spent = {row["name"]: (row["spent"], row["left"]) for row in rows}
     assert spent == {"a": (1.5, -0.5), "b": (1.5, 1.5), "c": (0, 1)}  # two values over four items, and a rule
     counts = headline(rows, ASSUMPTIONS)
