@@ -14,8 +14,8 @@ SOAK_MINUTES ?= 30
 activate := export PATH="$$PWD/.venv/bin:$$PATH" VIRTUAL_ENV="$$PWD/.venv"
 unexport PYTHONDONTWRITEBYTECODE # else every job would compile all that it imports
 
-# uv keeps its cache in the home folder, else, where that cannot be written, in .venv.
-ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$$HOME/.cache}/uv"; mkdir -p "$$cache" 2> /dev/null && test -w "$$cache" && echo yes),)
+# uv keeps its cache in the home folder, else, where there is none or it cannot be written, in .venv.
+ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$${HOME:+$$HOME/.cache}}"; test "$$cache" && mkdir -p "$$cache/uv" 2> /dev/null && test -w "$$cache/uv" && echo yes),)
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 

@@ -19,7 +19,10 @@ def make(folder, *arguments, **environment):
     )
 
 
-def test_a_checkout_whose_path_setuptools_cannot_take_is_refused_at_once(tmp_path):
+@pytest.mark.parametrize("home", [True, False])
+def test_a_checkout_whose_path_setuptools_cannot_take_is_refused_at_once(home, tmp_path, monkeypatch):
+    if not home:
+        monkeypatch.delenv("HOME", raising=False)
     folder = tmp_path / "a{}b"
     folder.mkdir()
     for name in ("Makefile", "requirements.lock", "pyproject.toml"):
