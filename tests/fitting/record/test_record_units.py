@@ -72,7 +72,7 @@ def test_pressures_are_absolute_or_gauge_as_sensors_are_labelled(mark):
 
 NORMAL, PER_MINUTE = 101325 / (287.05 * 273.15), 1e-3 / 60
 READ = {  # factor and offset: quantity and units
-    (1, 0): "t: sec | sec. | [s]; x: m; P_A: Pa; u: V | VDC | V DC | volts | ±10 V; m_A: kg/s",
+    (1, 0): "t: sec | sec. | [s]; x: m; P_A: Pa; u: V | VDC | V DC | volts | ±10 V; m_A: kg/s; T: K",
     (1e-3, 0): "t: ms | milliseconds since 2024-05-13 10:00; x: MM; u: mV; m_A: g/s",
     (1e-6, 0): "t: µs; x: µm; m_A: mg/s",
     (3600, 0): "t: h",

@@ -6,9 +6,10 @@ from independent_rig import BORE, CLOSES, OPENS
 
 from paper.study.measured_air import as_skin, as_store
 from pneumo.fitting.rig.rig_file import key, rig
-from pneumo.fitting.rig.rig_fit import fit_rig, fitted_names, judged_models
+from pneumo.fitting.rig.rig_fit import fit_rig, fitted_names, judged_models, parted
 from pneumo.fitting.rig.rig_record import Points, Run, vessel_run
 from pneumo.fitting.rig.rig_replay import replay_run, run_errors
+from pneumo.fitting.settings import PART
 
 ABOUT = {
     "bore_mm": 1e3 * BORE,
@@ -108,6 +109,20 @@ def test_a_skin_of_the_wall_is_a_store_beside_the_gas_with_other_numbers():
     # Both are the same linear response; steps are of fifth order.
     np.testing.assert_allclose(replays[0], replays[1], rtol=1e-6)
     assert np.abs(replays[2] - replays[1]).max() > 1e3
+
+
+@pytest.mark.parametrize(("pulses", "fitted"), [(2, 1), (4, 1), (8, 2)])
+def test_of_several_pulses_the_first_quarter_is_fitted_and_the_others_are_held_out(pulses, fitted):
+    runs = [driven()] * pulses
+    used, ((same, others),), _ = parted(runs)
+    assert (len(used), len(same), len(others)) == (fitted, fitted, pulses - fitted)
+
+
+def test_of_a_run_with_many_points_the_later_ones_are_held_out_and_each_point_counts_once():
+    t = np.arange(1001.0)
+    _, (((early,), (late,)),), _ = parted([vessel_run(Points(t, t))])
+    np.testing.assert_array_equal(np.concatenate([early.P.t, late.P.t]), t)
+    assert early.P.t[-1] == 1000 * PART
 
 
 def tank(k=3.0, C_d=0.8, lag=0.0, T=True):
