@@ -1,6 +1,7 @@
 """The full-order fit finds a rig that shares no code with it, and what is not as assumed is said by name."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +12,10 @@ from pneumo import simulate
 from pneumo.configuration.parameters import DEAD_FRACTION, load, study
 from pneumo.errors import InputError
 from pneumo.fitting.estimate import estimate, split_of
-from pneumo.fitting.fit_problem import FULL, Problem
+from pneumo.fitting.fit_problem import FULL, LIMITS, Prior, Problem
 from pneumo.fitting.fit_result import Estimate, equally_good
 from pneumo.fitting.fit_warnings import (
+    configured_warnings,
     disagreements,
     fit_warnings,
     parameter_warnings,
@@ -89,6 +91,28 @@ def test_bounds_and_unlikely_values_are_doubted(sound, values, high, said):
     changed = found._replace(values=found.values | values, high=found.high | high)
     texts = parameter_warnings(problem, changed)
     assert any(said in text for text in texts) if said else texts == []
+
+
+@pytest.mark.parametrize(
+    ("off", "own", "doubted"),  # of P_s, relative: fitted from configured, and the estimate's deviation
+    [
+        (0.05, 0.01, True),
+        (-0.05, 0.01, True),
+        (0.02, 0.001, False),
+        (0.05, 0.02, False),
+        (0.05, np.nan, False),
+    ],
+)
+def test_what_is_configured_is_doubted_where_the_record_is_sure_that_it_is_not(sound, off, own, doubted):
+    problem, found = sound
+    P_s = problem.plant.conditions.P_s
+    with_prior = replace(problem, priors={"P_s": Prior(P_s, deviation=0.01, weight=1.0)})
+    values, low, high = (
+        of | {"P_s": P_s * np.exp(off + sign * LIMITS * own if sign else off)}
+        for of, sign in ((found.values, 0), (found.low, -1), (found.high, 1))
+    )
+    texts = configured_warnings(with_prior, found._replace(values=values, low=low, high=high))
+    assert len(texts) == doubted and all("--also P_s" in text for text in texts)
 
 
 def test_vague_intervals_are_noted(sound):
