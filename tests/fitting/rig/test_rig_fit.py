@@ -5,8 +5,9 @@ import pytest
 from independent_rig import BORE, CLOSES, OPENS
 
 from paper.study.measured_air import as_skin, as_store
+from pneumo.fitting.fit_result import Estimate
 from pneumo.fitting.rig.rig_file import key, rig
-from pneumo.fitting.rig.rig_fit import fit_rig, fitted_names, judged_models, parted
+from pneumo.fitting.rig.rig_fit import fit_rig, fitted_names, judged_models, parted, unphysical
 from pneumo.fitting.rig.rig_record import Points, Run, vessel_run
 from pneumo.fitting.rig.rig_replay import replay_run, run_errors
 from pneumo.fitting.settings import PART
@@ -123,6 +124,12 @@ def test_of_a_run_with_many_points_the_later_ones_are_held_out_and_each_point_co
     _, (((early,), (late,)),), _ = parted([vessel_run(Points(t, t))])
     np.testing.assert_array_equal(np.concatenate([early.P.t, late.P.t]), t)
     assert early.P.t[-1] == 1000 * PART
+
+
+@pytest.mark.parametrize(("n", "said"), [(0.99, 1), (1.0, 0), (1.4, 0), (1.41, 1)])
+def test_an_index_on_its_physical_ends_is_not_doubted(n, said):
+    found = Estimate({"n": n}, {}, {}, np.ones(1), np.ones(1), np.empty(0))
+    assert len(unphysical(rig(TANK, "test"), {"M5": found})) == said
 
 
 def tank(k=3.0, C_d=0.8, lag=0.0, T=True):
