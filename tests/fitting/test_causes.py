@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pneumo.fitting.fit_problem import as_logged
+from pneumo.fitting.fit_problem import SUPPLY_LINE, as_logged, sagging_supply
+from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.valve_signal import behind_valve, valve_signal
 
 VALVE = {"dead_time": 0.0, "lag": 0.0, "null": 0.0}
@@ -46,6 +47,15 @@ def test_before_and_after_the_record_the_command_is_taken_to_hold(dead_time, exp
     shifted = valve_signal(u, h, dead_time=dead_time * h, lag=0.0, null=0.0)
     np.testing.assert_allclose(shifted, expected, atol=1e-5)  # a lag of none is 1 ns
     assert valve_signal(u, h, dead_time=0.0, lag=5 * h, null=0.0)[0] == u[0]  # at rest where it begins
+
+
+def test_a_supply_sags_with_the_flow_by_iso_6358(plant):
+    P_s, b, steps = plant.conditions.P_s, plant.gas.critical_ratio, round(20 * SUPPLY_LINE / 1e-3)
+    u = np.full((steps, 3), plant.valve.u_max / 2)
+    signals = StageSignals(1e-3, 1e-3, u, np.zeros((steps, 3, 2)), np.full((2, steps + 1), 0.8 * P_s))
+    sagging = sagging_supply(signals, u, plant, 0.1)
+    flow = 0.5 * np.sqrt(1 - ((0.8 - b) / (1 - b)) ** 2)  # over the choked one
+    assert sagging[-1] == pytest.approx(P_s * (1 - 0.1 * flow), rel=1e-6) and sagging[0, 0] > 0.99 * P_s
 
 
 def test_a_valve_lags_and_keeps_the_integral():

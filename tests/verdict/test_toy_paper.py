@@ -98,6 +98,14 @@ def test_a_toy_paper_is_judged_and_has_its_page(toy):
     assert "A. Toy" in page and 'id="S1.salt"' in page and "nobody tasted it" in page and "1 not run" in page
 
 
+def test_a_claim_whose_run_failed_is_not_judged(toy):
+    failed = toy._replace(
+        computations=toy.computations | {"property_of": lambda water, name: Finding(float("nan"))}
+    )
+    status = {item["id"]: item["status"] for item in verdict(toy.folder / "results", failed)["items"]}
+    assert status["S1.near"] == status["T1.water.density"] == "not judged"
+
+
 def test_a_suspected_misprint_is_shown_beside_its_items_and_changes_nothing(toy):
     def salty(_):
         raise MissingEvidence("nobody tasted it")
