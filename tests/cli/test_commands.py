@@ -38,8 +38,9 @@ def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_uni
     force = f"{np.pi / 4 * 0.025**2 * (7e5 - 101325):.3g} N"
     line = f"mine: 25 x 160 mm, 3 kg, supply 7 bar absolute: at most {force} and, with its valve, about "
     assert line in out
-    assert "exceeds" not in out
+    assert "exceeds" not in out and "a bore of" not in out
     for slip, words in (
+        ("bore_mm: 50", "a bore of 50 mm is outside those measured, 20 to 32 mm"),
         ("closed_loop: {amplitude_mm: 150}", "closed: its signal of 0.15 m exceeds half the stroke, 0.08 m"),
         ("open_loop: {amplitude_V: 24}", "open: its signal of 24 V exceeds the command's limit, 10 V"),
         (
