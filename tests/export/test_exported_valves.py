@@ -15,7 +15,7 @@ from valve_paths import plant as plant_with
 
 import pneumo
 from pneumo import linearise
-from pneumo.equations.system import rates, system
+from pneumo.equations.system import rates, step, system
 from pneumo.errors import InputError
 from pneumo.export import exported
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
@@ -61,6 +61,13 @@ def form(request, plant):
     """A plant with another valve, and the options of its exports."""
     own, dynamics, two_valves = FORMS[request.param]
     return own or plant, {"dynamics": dynamics, "two_valves": two_valves}
+
+
+def test_a_late_valve_nears_its_command_exponentially(plant):
+    chosen, inputs = system("M8", 1.3, plant, dynamics=LATE), [4.0, 0.0, 0.0]
+    for h in (2e-5, 2e-3):  # in one substep, and in several
+        opening, *_ = step(chosen, [1.0, 4e5, 4e5], inputs, inputs, h)
+        assert opening == pytest.approx(4.0 - 3.0 * np.exp(-h / LATE.lag), rel=0.01)
 
 
 @C_COMPILER
