@@ -9,8 +9,8 @@ from pneumo.fitting.fit_result import (
     Estimate,
     FitResult,
     fit_data,
-    judged,
 )
+from pneumo.fitting.lights import light_and_reason
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.statistics.intervals import Interval
 
@@ -56,8 +56,8 @@ LIGHTS = [  # parameter, ends, widths of the search and of what is stated, colou
 @pytest.mark.parametrize(("name", "ends", "widths", "colour"), LIGHTS)
 def test_a_light_is_that_of_the_intervals_width_and_of_doubt(name, ends, widths, colour):
     interval = Interval(np.nan, *ends)
-    assert judged(name, interval, (), *widths)[0] == colour
-    doubted, reason = judged(name, interval, ["first of two words " * 4, "second"], *widths)
+    assert light_and_reason(name, interval, (), *widths)[0] == colour
+    doubted, reason = light_and_reason(name, interval, ["first of two words " * 4, "second"], *widths)
     assert doubted == ("red" if colour == "red" else "yellow")
     assert colour == "red" or (reason.startswith("first of two") and len(reason) <= 48)
 
