@@ -14,6 +14,7 @@ import pytest
 from snakemake.iocontainers import InputFiles, OutputFiles, Params, Wildcards
 from workflow_scripts import SCRIPTS, script
 
+from paper.verdict.published import PaperError
 from pneumo.errors import ResultError, RunError
 from pneumo.selection.cylinder_template import write_table_template
 from workflow.jobs.wrapper import run_job
@@ -83,7 +84,15 @@ FAILING = [
 
 
 @pytest.mark.parametrize(
-    "error", [ResultError("E01.nc: broken"), RunError("not settled"), FULL, FORBIDDEN, *FAILING]
+    "error",
+    [
+        ResultError("E01.nc: broken"),
+        PaperError("claims.yaml: broken"),
+        RunError("not settled"),
+        FULL,
+        FORBIDDEN,
+        *FAILING,
+    ],
 )
 def test_an_error_to_mend_is_one_line_and_exit_2(job, error, capsys):
     with pytest.raises(SystemExit) as end:

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
 from invented_report import BYTES, made, page, parts, unpacked_groups, verdict
 from markupsafe import escape
 from packed_traces import unpacked
@@ -13,7 +14,7 @@ from paper_study import STUDY as PAPER
 
 from paper.study.pages import STATUS_LOOKS
 from paper.study.pages.packing import FRACTION
-from paper.study.pages.report_page import experiment_text, report_page
+from paper.study.pages.report_page import experiment_text, overview, report_page
 from paper.study.trace_layout import interval_edges, shown_steps
 from pneumo.physics.models import MODELS
 
@@ -61,6 +62,17 @@ def test_numbers_are_those_of_the_results():
         assert cells["mse"][: len(MODELS)] == pytest.approx(of_models.values, rel=1e-4)  # five digits
         assert [PAPER.n[i] for i in cells["best"][: len(MODELS)]] == best[transport].values.tolist()
     assert facts["name"] == "E07" and facts["text"] == experiment_text(PAPER.experiments["E07"])
+
+
+def test_the_first_lines_and_figure_are_those_of_the_results():
+    mse = xr.concat([of_run["exact"].mean("chamber") for _, of_run, *_ in made().values()], "run")
+    rms = (mse.min("n").mean("run") ** 0.5 / 1e3).to_series().sort_values()
+    at_one_n = (mse.sel(model=rms.index[0]).mean("run").min("n").item() ** 0.5) / 1e3
+    found = overview(PAPER, parts())
+    shown = {model["name"]: float(kpa) for model, kpa, _ in found.rows if model["name"] in MODELS}
+    assert list(shown) == list(rms.index) and shown == pytest.approx(rms.to_dict(), rel=0.05)  # two digits
+    assert f"best n, {rms.index[0]} is off by {rms.iloc[0]:#.2g} kPa" in found.headline
+    assert f"with one n for all runs {rms.index[0]} is off by {at_one_n:#.2g} kPa" in found.text
 
 
 def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict():

@@ -58,6 +58,11 @@ def test_a_reader_sees_the_headline_then_table_7_then_facts_worst_first(judged, 
         r'<th scope="row">M1</th><td><a href="#T7.M1.mse">(.*?)</a>.*?<strong>(.*?)</strong>', page
     )
     assert first.groups() == ("4.96e8", "1.000")
+    assert re.search(r'id="T9.typical.M8.mse".*?<td>5.60</td><td>\S+ × 10⁶ Pa²</td>', page, re.DOTALL)
+    off = judged | {
+        "items": [i | {"reproduced": 1.05 * 1.16e7} if i["id"] == "T7.M8.mse" else i for i in judged["items"]]
+    }
+    assert "The MSE of Table 7 are reproduced within 5.0 %." in verdict_page(off, PAPER_FOLDER)
     text = re.sub(r"<details.*?<summary>(.*?)</summary>.*?</details>", r"\1", page, flags=re.S)
     text = re.sub(r"<(style|script)>.*?</\1>", "", text, flags=re.S)
     assert len(re.sub("<[^>]*>", " ", text).split()) < 2500  # words that are not folded

@@ -21,7 +21,7 @@ from paper.verdict.judging import Judge, verdict
 from paper.verdict.published import recorded
 from pneumo.cli.commands import app
 from pneumo.configuration.experiment import to_json
-from pneumo.errors import ResultError
+from pneumo.errors import InputError, ResultError
 from pneumo.storage.files import write, write_text
 
 OF_M7 = {"S4.M7_40", "S4.M7_10", "S4.M7_mu", "S4.M7_sigma", "S4.M7_72", "S4.best_choice"}
@@ -150,6 +150,12 @@ def test_a_stored_verdict_is_shown_until_a_file_behind_it_is_newer(
         os.utime(newer, (later - 1, later - 1))
     write_text('{"items": [', file)
     assert stored_verdict(results_as_printed, paper, reads) is None  # cut short
+
+
+def test_a_papers_file_that_is_missing_is_an_error_of_the_user(monkeypatch, tmp_path):
+    monkeypatch.setattr("paper.study.known_papers.PAPERS", tmp_path)
+    done = CliRunner().invoke(app, ["paper", "verdict", "--results", str(tmp_path)])
+    assert isinstance(done.exception, InputError) and "no such file" in str(done.exception)
 
 
 @pytest.mark.slow
