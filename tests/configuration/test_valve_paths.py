@@ -102,6 +102,7 @@ def test_each_chamber_has_a_command_where_each_has_a_valve():
     assert "u_B" in both.to_xarray()
 
 
+@pytest.mark.slow
 def test_the_command_line_simulates_studies_and_fits_with_a_curve(inside, tmp_path):
     inside("init", "my.yaml")
     section = "cylinders: {mine: {valve: {C_dm3_per_sbar: null, curve: {u_V: %s, C_dm3_per_sbar: %s}}}}"

@@ -72,7 +72,7 @@ def test_a_damaged_text_gives_one_line_or_a_reading(kind, seed):
     check(kind, seed)
 
 
-@settings(max_examples=20, deadline=None)  # `make soak`: 400; each starts a process
+@settings(max_examples=8, deadline=None)  # `make soak`: 160; each starts a process
 @given(kind=st.sampled_from(OF_LIBRARIES), seed=SEEDS)
 def test_a_damaged_file_of_a_library_gives_one_line_or_a_reading(kind, seed):
     before = largest_child()  # of other tests too
