@@ -47,9 +47,9 @@ def test_every_item_has_one_row_and_every_link_a_target(judged, page):
     assert {link[1:] for link in structure.links if link.startswith("#")} <= set(structure.ids)
 
 
-def test_a_reader_sees_the_headline_then_table_7_then_facts_worst_first(judged, page):
+def test_a_reader_sees_the_headline_then_table_7_findings_and_facts_worst_first(judged, page):
     assert html.escape(headline_text(judged["headline"]), quote=False).replace("'", "&#39;") in page
-    heads = ['class="sharpest"', "Table 7, printed", "Facts, worst first", "Finding 1", "Errata"]
+    heads = ['class="sharpest"', "Table 7, printed", "Finding 1", "Facts, worst first", "Errata"]
     places = [page.index(head) for head in heads]
     assert places == sorted(places)
     rows = re.findall(r'<details class="fact" id="fact-(\w+)">', page)
