@@ -30,7 +30,7 @@ def test_models_are_ranked_and_written(tmp_path):
     assert done.stdout.index("full order") < done.stdout.index("M1 ")
     assert re.search(r"C_d +0\.8", done.stdout) and "k_0 (W/K)" in done.stdout
     assert max(len(line) for line in done.stdout.splitlines() if "written" not in line) <= 80
-    assert "rig.html" in done.stdout
+    assert "rig.html" in done.stdout and "kPa fitted" in done.stderr and "kPa fitted" not in done.stdout
     page = (tmp_path / "out/rig.html").read_text(encoding="utf-8")
     assert "discharge.nc" in page and "every second point" in page and "(on its bound)" in page
     result = xr.load_dataset(tmp_path / "out/rig.nc")

@@ -5,7 +5,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pneumo.fitting.least_squares import HALF_WIDTH, Scale, covariances, parameter_interval, solve
+from pneumo.fitting.least_squares import (
+    HALF_WIDTH,
+    Scale,
+    correlations,
+    covariances,
+    parameter_interval,
+    solve,
+)
 
 T = np.linspace(0.0, 3.0, 400)
 TRUTH = np.array([0.5, -0.2, 1.0])  # ln a, ln b and the second channel's level
@@ -83,6 +90,13 @@ def test_nineteen_of_twenty_intervals_hold_the_truth_whatever_memory_noise_has(m
         held += [low <= truth <= high for truth, (low, high) in zip(TRUTH, ends, strict=True)]
     # 300 intervals know their rate to 1.3 %; memory costs one record some of its own correlation.
     assert 0.91 < np.mean(held) < 0.99
+
+
+def test_the_spectrum_of_residuals_is_nowhere_negative():
+    """Else a parameter could have a negative variance; Parzen's taper is among those that keep to this."""
+    gamma = correlations(measured(memory=0.9).y)
+    spectra = np.fft.fft(np.roll(np.pad(gamma, ((0, 0), (0, 0), (0, 4096))), -(gamma.shape[2] // 2), axis=2))
+    assert np.linalg.eigvalsh(spectra.transpose(2, 0, 1)).min() > -1e-12 * np.abs(spectra).max()
 
 
 def test_a_wide_interval_is_that_of_the_profile():
