@@ -279,6 +279,25 @@ def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
     assert (accuracy(again).b, accuracy(again).stroke) == pytest.approx((0.05, 2e-4))
 
 
+def test_each_stated_uncertainty_is_in_the_unit_that_a_fit_takes(tmp_path):
+    """Pressures, the bore and the exhaust as fractions, the others in SI units."""
+    stated = tmp_path / "stated.yaml"
+    stated.write_text(
+        """
+        cylinders:
+          mine: {bore_mm: 40 ± 0.1, stroke_mm: 160 ± 1 %, valve: {b: 0.3 ± 10 %, exhaust_ratio: 1.2 ± 0.06}}
+        supply: {P_s_Pa: 7e5 ± 1.4e4, P_atm_Pa: 100000 ± 3 %, T_amb_K: 293 ± 2, T_in_K: 300 ± 1 %}
+        sensors: {x_zero_mm: 2, x_scale_percent: 0.5, P_gain_percent: 0.3}
+        """,
+        encoding="utf-8",
+    )
+    found = accuracy(load(TEMPLATE, stated))
+    assert found._asdict() == pytest.approx(
+        {"b": 0.03, "exhaust": 0.05, "P_s": 0.02, "bore": 0.0025, "stroke": 1.6e-3, "x_zero": 2e-3}
+        | {"x_scale": 5e-3, "T_amb": 2.0, "T_in": 3.0, "P_atm": 0.03, "P_gain": 3e-3}
+    )
+
+
 @pytest.mark.parametrize(
     ("override", "line"),
     [
