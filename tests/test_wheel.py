@@ -60,13 +60,17 @@ def test_the_sdist_holds_the_project_and_the_wheel_the_package_with_its_data_alo
     assert names == {str(file.relative_to(ROOT)) for file in files if "__pycache__" not in file.parts}
 
 
-@pytest.fixture(scope="module")
-def installed(dist, tmp_path_factory) -> Path:
-    """Programs of an environment that holds the wheel and what it needs, at the locked versions."""
+LOCKED = "--constraint", str(ROOT / "requirements.lock")
+OLDEST = "--resolution", "lowest-direct", "--requirements", str(ROOT / "pyproject.toml")  # its lower bounds
+
+
+@pytest.fixture(scope="module", params=[LOCKED, OLDEST], ids=["locked", "oldest"])
+def installed(dist, tmp_path_factory, request) -> Path:
+    """Programs of an environment that holds the wheel and what it needs, locked or as old as allowed."""
     environment = tmp_path_factory.mktemp("wheel") / "env"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(environment)], check=True)
     install = ["uv", "pip", "install", "--quiet", "--python", str(environment / "bin/python")]
-    install += ["--constraint", str(ROOT / "requirements.lock"), str(dist[".whl"])]
+    install += [*request.param, str(dist[".whl"])]
     for where in (["--offline"], []):
         if subprocess.run([*install, *where], capture_output=True).returncode == 0:
             return environment / "bin"

@@ -57,7 +57,7 @@ def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_uni
     ("arguments", "words"),
     [
         *((["chek"], ["No such command"]), ([], ["Missing command"]), (["check"], ["Missing argument"])),
-        (["paper", "explain"], ["Missing argument 'what'; see `pneumo paper explain --help`"]),
+        (["paper", "explain"], ["Missing argument '", "see `pneumo paper explain --help`"]),
         (["check", "none.yaml"], ["none.yaml", "cannot be read"]),
         (["check", str(ROOT / "README.md")], ["README.md", "YAML"]),
         (["check", str(ROOT / "config/smoke.yaml")], ["config/smoke.yaml", "gas: missing"]),

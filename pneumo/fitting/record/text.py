@@ -25,9 +25,10 @@ SEPARATORS = (",", ";", "\t", " ")
 COMMENTS = ("#", "%", "//")
 POINT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 COMMA = re.compile(r"[+-]?(\d*,\d+)([eE][+-]?\d+)?")
+SPACES = "\u00a0\u2009\u202f"  # as characters: Arrow, where pandas uses it, has no such escapes
 GROUPED = {  # numbers with thousands separators, by decimal sign
-    ".": re.compile(r"[+-]?\d{1,3}([,' \u00a0\u2009\u202f]\d{3})+(\.\d*)?"),
-    ",": re.compile(r"[+-]?\d{1,3}([.' \u00a0\u2009\u202f]\d{3})+(,\d*)?"),
+    ".": re.compile(rf"[+-]?\d{{1,3}}([,' {SPACES}]\d{{3}})+(\.\d*)?"),
+    ",": re.compile(rf"[+-]?\d{{1,3}}([.' {SPACES}]\d{{3}})+(,\d*)?"),
 }
 SCOPE = {"netid", "port", "sampletime[ms]", "symbolname", "data-type"}  # labels of TwinCAT Scope's header
 INSPECTOR = re.compile(r"(Unit|Interp|Type|BlockPath|PortIndex|Enum|Complexity|SignalID):\s*(.*)")

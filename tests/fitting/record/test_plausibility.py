@@ -7,7 +7,7 @@ import written_records as written
 
 from pneumo.errors import InputError
 from pneumo.fitting.record.measurement import read_measurement
-from pneumo.fitting.record.text import read_text
+from pneumo.fitting.record.text import GROUPED, read_text
 
 PERIOD, ROWS, T = written.PERIOD, written.ROWS, written.TIME
 HALF = 0.5 * written.plant().cylinder.stroke
@@ -129,6 +129,18 @@ def test_missing_samples_are_filled_as_the_signal_is_between_samples(tmp_path):
         t_s=5.0 + T + PERIOD * np.select([np.arange(ROWS) == k for k in (50, 100, 150)], [5e-4, 0.3, -0.3])
     )
     assert np.array_equal(read(late, tmp_path).u, np.where(np.arange(ROWS) == 100, u[99], u))
+
+
+@pytest.mark.parametrize("sign", GROUPED)
+def test_thousands_are_found_by_arrow_too_with_which_pandas_3_0_searches(sign):
+    compute = pytest.importorskip("pyarrow.compute")
+    texts = [text.replace("!", sign) for text in ("1\u202f000!5", "-12'345'678", "1000!5", "1\u202f00")]
+    found = compute.match_substring_regex(texts, f"^({GROUPED[sign].pattern})$")
+    assert (
+        found.to_pylist()
+        == [bool(GROUPED[sign].fullmatch(text)) for text in texts]
+        == [True, True, False, False]
+    )
 
 
 def test_closed_chambers_are_seen_where_nothing_flows(tmp_path):
