@@ -202,8 +202,9 @@ def test_a_run_halves_the_steps_whose_error_is_too_large_on_its_own_scale_and_no
         def rates(y, _, k=k):
             return full_order_rates(y, r.reference[k], r.drive, r.plant)
 
-        end, stages = dormand_prince(rates, state, r.h)
-        K = np.array([rates(y, 0) for y in [*stages, end]])
+        with np.errstate(invalid="ignore"):  # a stage of a step that is too large can have P < 0
+            end, stages = dormand_prince(rates, state, r.h)
+            K = np.array([rates(y, 0) for y in [*stages, end]])
         error = abs(r.h * E @ K) / scale
         largest[k] = error.max() if np.isfinite(error).all() and (end[2:] > 0).all() else np.inf
     clear, halved = abs(largest / 1e-4 - 1) > 1e-6, r.halvings > 0
