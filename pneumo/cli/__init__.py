@@ -4,6 +4,7 @@ import os
 import sys
 
 INTERRUPTED = 130  # exit code, as of shells: 128 and SIGINT
+BROKEN_PIPE = 141  # 128 and SIGPIPE
 
 # The matrices of a fit are tall and narrow: a second thread of BLAS would wait more than it works, and cost
 # two thirds more processor time. It reads this once, when NumPy is imported.

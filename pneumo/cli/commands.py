@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from typer import Option
 
-from pneumo.cli import INTERRUPTED
+from pneumo.cli import BROKEN_PIPE, INTERRUPTED
 from pneumo.cli.cylinder_commands import check, init, study
 from pneumo.cli.fit_commands import fit, rig, show
 from pneumo.cli.model_commands import export, linearise, models
@@ -72,6 +72,8 @@ def main() -> None:
         message = as_lines(f"{error.filename or 'output'}: {error.strerror}")
         with suppress(OSError, ValueError):  # else Python tries to write the rest at exit
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):  # `pneumo study my.yaml | head`
+            sys.exit(BROKEN_PIPE)
     except Exception as error:
         describe = getattr(error, "format_message", None)
         if describe is None:  # not an error of usage from typer

@@ -132,7 +132,7 @@ def _start(plant: Any, text: str) -> Any:
         if name not in State._fields:
             fields = ", ".join(State._fields)
             raise InputError(f"--from {printable(part, 40)}: must be NAME=NUMBER, with a name of {fields}")
-        changes[name] = _number("--from", number)
+        changes[name] = _number(f"--from {name}", number)
     return start_state(plant, start_state(plant, "vented")._replace(**changes))
 
 

@@ -10,7 +10,7 @@ from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas, sonic_coefficient
 
 AIR = exact_gas(287.0, 1.4)
-OTHER_GAS = 0.005  # relative difference of a gas's choked flow from that of air that is told
+OTHER_GAS = 0.005  # relative difference from the choked flow of air above which a note gives it
 WEAK = 0.01  # fraction of the valve's full opening below which a signal hardly moves a piston
 
 
