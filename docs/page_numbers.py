@@ -183,7 +183,9 @@ if __name__ == "__main__":
     for name in FIGURES:
         if (RESULTS / f"figures/{name}.svg").exists():
             shutil.copyfile(RESULTS / f"figures/{name}.svg", STATIC / f"{name}.svg")
-    if (RESULTS / "verdict.json").exists():
-        with tempfile.TemporaryDirectory() as scratch:
+    with tempfile.TemporaryDirectory() as scratch:
+        budget = budget_counts.picture(xr.load_dataset(KEPT / "budget_test.nc"))
+        shutil.copyfile(save(budget, Path(scratch, "budget"))[0], STATIC / "budget_test.svg")
+        if (RESULTS / "verdict.json").exists():
             drawn = save(opening_picture.errors_figure(RESULTS), Path(scratch, "errors"))[1]
             shutil.copyfile(drawn, opening_picture.PICTURE)

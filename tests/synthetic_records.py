@@ -141,9 +141,3 @@ def reduced_pressures(
     row = lane_array([lane(MODELS[model], n, plant.gas.gamma)])
     start = np.full((1, 2), plant.conditions.P_0)
     return pressures_of_sets(command, motions, row, np.array([V_d]), plant, TRUTH_STEP, 1, start)[0, 0]
-
-
-def true_parameters(known: SyntheticRecord) -> dict[str, float]:
-    """True value of each fitted parameter of a record that a reduced model made."""
-    names = ("n", "k_0", "k_xu", "V_d_A", "V_d_B")
-    return dict(zip(names, (known.n, known.truth.k_0, known.truth.valve.k_xu, *known.V_d), strict=True))

@@ -43,14 +43,14 @@ def paper(name: PaperName) -> "Paper":
     return resolve_name(f"{KNOWN[name].module}:PAPER_{name}")
 
 
-def current_verdict(results: Path, name: PaperName = "2006", folder: Path | None = None) -> dict[str, Any]:
+def current_verdict(results: Path, name: PaperName = "2006") -> dict[str, Any]:
     """Verdict on a paper: that of ``verdict.json`` if up to date, else a new one, which is not written.
 
-    `results` is the folder of all results; `folder` is the paper's, by default that in ``paper/``.
+    `results` is the folder of all results.
     """
     from paper.study.stored_verdict import stored_verdict  # here, or every `pneumo --help` would import it
 
-    known, folder = KNOWN[name], folder or PAPERS / name
+    known, folder = KNOWN[name], PAPERS / name
     stored = stored_verdict(results / known.results, folder, known.reads)
     if stored is not None:
         return stored

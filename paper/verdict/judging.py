@@ -123,8 +123,10 @@ class Judge:
         erratum = self._proved(claim)
         if erratum is not None:
             meant = self._as_meant(claim)
-            by_meant = compare(meant, self.claims.classes[claim.tolerance], finding)
-            if by_meant is not None if meant != claim else finding.holds is False:
+            agrees = finding.holds is False
+            if meant != claim:
+                agrees = compare(meant, self.claims.classes[claim.tolerance], finding) is not None
+            if agrees:
                 return "explained", f"erratum {erratum.id}: {erratum.meant}"
         if claim.basis == "arithmetic":
             return "contradicted", "the paper's own formulas and numbers say otherwise"

@@ -21,7 +21,6 @@ class Finding(NamedTuple):
     #: Distance of a statement from being false, decades of mean square error (above 0: true); of a best n,
     #: cost of the printed one: logarithm of a ratio of mean square errors.
     margin: float | None = None
-    varies: float | None = None  # number that seeds change, if that is neither the value nor the margin
     low: float | None = None  # interval instead of a value, where the paper does not say which run it means
     high: float | None = None
     allowed: bool = False  # whether the interval is all that the printed inputs allow: agreement inside it

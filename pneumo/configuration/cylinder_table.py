@@ -1,6 +1,6 @@
 """Tables of cylinders: a CSV or Parquet file instead of the section ``cylinders``, one row per cylinder.
 
-Its columns are ``name`` and keys of the schema, those of inner sections with a point (``valve.b``). Every
+Its columns are ``name`` and keys of the schema, with dots for nested keys (``valve.b``). Every
 experiment of the configuration runs on every row.
 """
 

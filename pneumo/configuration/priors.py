@@ -169,7 +169,7 @@ def _wall_limit(experiment: ExperimentSection, section: CylinderSection) -> floa
 
 
 def _slope_of_flow(section: CylinderSection) -> float:
-    """Change of log C with b of a valve that is given by a nominal flow; else 0."""
+    """Derivative of ln C by b of a valve that is given by its nominal flow, otherwise 0."""
     if section.valve is None or not CONVERSIONS[section.valve.flow_as_given[0]].nominal:
         return 0.0
     key, value = section.valve.flow_as_given

@@ -336,7 +336,7 @@ def piston_before(plant: Plant) -> Equations:
 
 
 def piston_after(plant: Plant) -> Equations:
-    """Equations from (x_after, stop, v, v_free, F_before, s_part) and the new pressures to v_after."""
+    """Equations of the velocity after a substep, from the values of `piston_before` and the new pressures."""
     cylinder, equations = plant.cylinder, Equations()
 
     def after(k: Any) -> Any:

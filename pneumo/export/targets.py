@@ -67,7 +67,7 @@ def exported(
     Raises
     ------
     InputError
-        If there is no such model or target, n or an option is bad, or the model's name cannot be the
+        If there is no such model or target, n or an option is out of range, or the model's name cannot be the
         name of a function.
     """
     moving = piston or observer is not None

@@ -62,18 +62,18 @@ def estimate(
     best = fit(problem, start=start)
     fitted = replayed_pressures(problem, best.theta[None])[0]
     changes = changes_of(problem, best, known)
-    off = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
+    model_error = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
     moved, misfit = configured_shifts(problem, best, changes, known)
-    both = covariances(best, off / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
+    both = covariances(best, model_error / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
     by_law: dict[Wall, Solution] = {model.wall: best}
     if model is FULL and intervals:
         by_law = wall_law_fits(problem, best)
-    own, *others = by_law.values()
-    laws = np.array([found.theta - own.theta for found in (own, *others)])
-    weights = likelihoods([own, *others])
+    fits = list(by_law.values())
+    laws = np.array([found.theta - best.theta for found in fits])
+    weights = likelihoods(fits)
     starts = [name in STARTS for name in problem.names]  # these do not shift with the law
     # What another law explains is no remainder: the intervals cover that law.
-    nearest = min((best, *others), key=lambda found: np.sum(found.residual**2))
+    nearest = min(fits, key=lambda found: np.sum(found.residual**2))
     values = problem.values(best.theta)
     averaged_theta = np.clip(best.theta + np.where(starts, 0.0, weights @ laws), *problem.bounds())
     low, high, scales = dict[str, float](), dict[str, float](), problem.scales

@@ -134,7 +134,8 @@ class Problem(LeastSquares):
         varied = np.array([[other == stem for other in stems] for stem in dict.fromkeys(stems)])
         thetas = np.vstack([theta, theta + steps * varied])
         here, *others = replayed_pressures(self, thetas) / self.plant.conditions.P_s
-        of_chamber = np.array([[name[-1] != other for name in self.names] for other in "BA"])
+        # No pressure of A depends on a parameter of B, and conversely.
+        of_chamber = np.array([[not name.endswith(f"_{other}") for name in self.names] for other in "BA"])
         slopes = (np.array(others) - here)[varied.argmax(axis=0)] / steps[:, None, None]
         result = np.moveaxis(slopes, 0, -1) * of_chamber[:, None]
         return np.nan_to_num(result, copy=False, nan=0.0, posinf=0.0, neginf=0.0)

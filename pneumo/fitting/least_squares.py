@@ -45,7 +45,7 @@ class Scale(NamedTuple):
         return float(np.log(value)) if self.logarithmic else float(value) / self.unit
 
     def si(self, part: float) -> float:
-        """Value in SI units, from that on the scale of the search."""
+        """Convert a value on the scale of the search to SI units."""
         return float(np.exp(part)) if self.logarithmic else self.unit * float(part)
 
 

@@ -24,7 +24,8 @@ def natural_modes(
     Raises
     ------
     InputError
-        If there is no such model, n is bad, a position is not between the stops or a pressure not positive.
+        If there is no such model, n is out of range, a position not between the stops or a pressure not
+        positive.
     """
     closed, cylinder = system(model, n, plant, valve=False, piston=True), plant.cylinder
     x, P = np.atleast_1d(np.asarray(x, float)), np.atleast_1d(np.asarray(P, float))

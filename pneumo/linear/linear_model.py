@@ -126,7 +126,7 @@ def linearise(
     Raises
     ------
     InputError
-        If there is no such model, n is bad, or the right-hand side has no derivative at the point.
+        If there is no such model, n is out of range, or the right-hand side has no derivative at the point.
     """
     if states not in ("chambers", "actuator"):
         raise InputError(f"states = {states!r}: must be 'chambers' or 'actuator'")

@@ -14,8 +14,6 @@ from pneumo.physics.cylinder import Side, chamber_of, volume
 from pneumo.simulation.excitation import command, reference_series, reversed_late
 
 MOST_HALVINGS = 20  # that the core accepts for a step
-# Estimated error over P_0, T_0 or the stroke above which the core halves a step
-STEP_TOLERANCE = 1e-4
 STATE = ("x", "v", "P_A", "T_A", "P_B", "T_B")
 RAN, DIVERGED, NOT_POSITIVE = 0, 1, 2
 RUN_STATUS = {

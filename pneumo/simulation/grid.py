@@ -11,7 +11,7 @@ def grid_lanes(n: tuple[float, ...], gamma: float) -> tuple[np.ndarray, np.ndarr
     Returns
     -------
     lanes : numpy.ndarray
-        Shape (lane, 9): one row per model without n, one per n otherwise.
+        Shape (lane, 10): one row per model without n, one per n otherwise.
     index : numpy.ndarray
         Shape (model, n): row of `lanes`. A model without n has the same lane at every n.
     """

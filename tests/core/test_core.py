@@ -26,7 +26,7 @@ from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_arra
 from pneumo.physics.valve import Conditions, Gas, Valve
 from pneumo.simulation import polynomials
 from pneumo.simulation.fitted_pressures import pressures_of_sets
-from pneumo.simulation.full_order import STEP_TOLERANCE, equilibrium, record, run
+from pneumo.simulation.full_order import equilibrium, record, run
 from pneumo.simulation.replay import replay_one_by_one
 from pneumo.testing import plants
 
@@ -209,8 +209,3 @@ def test_a_run_halves_the_steps_whose_error_is_too_large_on_its_own_scale_and_no
         largest[k] = error.max() if np.isfinite(error).all() and (end[2:] > 0).all() else np.inf
     clear, halved = abs(largest / 1e-4 - 1) > 1e-6, r.halvings > 0
     assert np.array_equal(halved[clear], (largest > 1e-4)[clear]) and halved.any() and not halved.all()
-
-
-def test_the_tolerance_of_a_step_is_the_headers():
-    rates = Path(core.__file__).with_name("rates.h").read_text(encoding="utf-8")
-    assert float(re.findall(r"STEP_TOLERANCE (\S+)", rates)[0]) == STEP_TOLERANCE

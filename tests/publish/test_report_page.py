@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from invented_report import BYTES, made, page, parts, unpacked_groups, verdict
+from invented_report import BYTES, hostile, made, page, parts, unpacked_groups, verdict
 from markupsafe import escape
 from packed_traces import unpacked
 from page_checks import stands_alone
@@ -84,6 +84,12 @@ def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict(
         counted = f"{verdict()['headline']['statuses'][status]} {escape(status)}"
         assert re.search(rf"{badge} {counted}</a>", page())
     assert "75 facts" in page()
+
+
+def test_markup_in_names_is_text():
+    text = hostile()
+    assert "<img" not in text and "<b>&" not in text and "<script>alert" not in text
+    assert "&lt;script&gt;alert(2)" in text
 
 
 @pytest.mark.results

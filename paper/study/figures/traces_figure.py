@@ -14,6 +14,7 @@ from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_style, symbol
 from pneumo.publish.text.formatting import KILO
 
+START, LENGTH = 20.0, 2.0  # s, of the window shown
 WITHOUT_N = [name for name, model in MODELS.items() if not model.has_n]
 
 
@@ -22,20 +23,18 @@ def time_traces(
     datum: xr.Dataset,
     replays: Mapping[str, xr.Dataset],
     statistics: Mapping[str, xr.Dataset],
-    start: float = 20.0,
-    length: float = 2.0,
 ) -> Figure:
     """Pressure of chamber A against time: datum and four models, residuals below; a column per sampling.
 
     `datum` is the experiment's file in ``results/datum``. By sampling: `replays` are its files in
-    ``results/TRANSPORT/replay``; `statistics`, from ``results/TRANSPORT/statistics.nc``, have the best n. The
-    window begins at `start` and has a `length`, s; a run that ends earlier shows its last `length` seconds.
+    ``results/TRANSPORT/replay``; `statistics`, from ``results/TRANSPORT/statistics.nc``, have the best n. A
+    run that ends before the window shows its last seconds.
     """
     name = datum["experiment"].item()
     if datum["status"]:
         return message_figure(f"{name}: the full-order run failed at t = {datum['failure_time'].item():g} s")
-    stop = min(start + length, datum["t"].values[-1])
-    window = slice(max(0.0, stop - length), stop)
+    stop = min(START + LENGTH, datum["t"].values[-1])
+    window = slice(max(0.0, stop - LENGTH), stop)
     full = (datum["P"].sel(chamber="A", t=window) / KILO).load()
 
     fig = new_figure(DOUBLE_MM, 120)

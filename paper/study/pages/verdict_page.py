@@ -37,8 +37,8 @@ class Page(Entry):
     journal: str
     doi: str
     how: str  # sentence on the method, before the number of items
-    decision: str  # file that defines the tolerance classes
-    narrowed: str = ""  # file that narrowed them once results were known
+    decision: str  # place of the decision on the tolerance classes
+    narrowed: str = ""  # decision that narrowed them once results were known
     proofs: str  # module of the proofs of errata
     commands: str
     others: Mapping[str, str] = {}  # names and addresses of other verdicts

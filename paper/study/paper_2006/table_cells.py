@@ -79,7 +79,7 @@ def _with_cost(
     except MissingEvidence:  # the printed tables, and runs of which only the tables are kept
         return Finding(n)
     at_printed, at_best = number_at(mse, n=float(printed)), number_at(mse, n=n)
-    return Finding(n, margin=math.log(at_printed / at_best), varies=math.log(at_best))
+    return Finding(n, margin=math.log(at_printed / at_best))
 
 
 def constant_index(results: StudyResults, model: str, level: str, printed: str) -> Finding:

@@ -117,9 +117,9 @@ def _verdict(verdict: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _span(values: ArrayLike, digits: int = 2) -> dict[str, str]:
+def _span(values: ArrayLike) -> dict[str, str]:
     """Lowest and highest value as text."""
-    return {"lowest": f"{np.min(values):.{digits}f}", "highest": f"{np.max(values):.{digits}f}"}
+    return {"lowest": f"{np.min(values):.2f}", "highest": f"{np.max(values):.2f}"}
 
 
 def compile_pdf(source: Path, root: Path, output: Path) -> None:

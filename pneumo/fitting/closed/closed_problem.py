@@ -81,7 +81,7 @@ class ClosedRecord(NamedTuple):
 
 @dataclass(frozen=True)
 class ClosedProblem(LeastSquares):
-    """Least squares of a law on the first part of a record.
+    """Least-squares fit of a thermal law to the first part of a record.
 
     With wall heat, `T_A` is the first temperature, K, and `first_A` the first pressure over the measured one.
     Without it, an error in the first pressure never decays, and `first_A` is fitted in any case.

@@ -220,4 +220,3 @@ def _name_and_unit(name: str) -> tuple[str, str]:
     unit = (match["unit"] or match["suffix"] or per).replace("_per_s", "/s")
     sure = not per and (not match["suffix"] or unit.isalpha())
     return (quantity, unit) if sure or isinstance(reading(quantity, unit), Reading) else ("", "")
-    return quantity, unit

@@ -199,7 +199,7 @@ def _check_pressure(path: Path, signal: Series, plant: Plant, closed: bool) -> l
 
 
 def above_supply(x: np.ndarray, P: np.ndarray, P_s: np.ndarray | float, plant: Plant) -> list[str]:
-    """Notes on pressures above the supply's at a stop, where no motion compresses the air."""
+    """Notes on pressures above the supply's while the piston rests at a stop, compressing no air."""
     c = plant.cylinder
     near = AT_STOP * c.stroke / 2
     rests = (x < c.x_min + near) | (x > c.x_max - near)

@@ -27,7 +27,7 @@ STEPS = 600  # of a run without samples uniform in time
 
 
 class Points(NamedTuple):
-    """Measured values at their times."""
+    """Time series of a measured quantity."""
 
     t: np.ndarray  # s, from the start of the run
     values: np.ndarray  # SI units
