@@ -10,7 +10,8 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import sonic_conductance
 from pneumo.configuration.priors import QUANTITIES as UNCERTAIN
 from pneumo.configuration.priors import SIGMAS, Uncertain, uncertainties
-from pneumo.configuration.schema import Configuration
+from pneumo.configuration.schema import Configuration, CylinderSection, ValveSection
+from pneumo.configuration.valve_conversions import CONVERSIONS
 from pneumo.errors import printable
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CURVE, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
@@ -23,7 +24,6 @@ SUFFIX = "-fitted"
 # Section and key by parameter.
 KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
 DYNAMICS = "cylinders.valve_dynamics"
-CONFIGURED_CURVE = "cylinders.valve.curve"
 UNCERTAIN_NAMES = {"k_xu": "C"}  # of fitted parameters that the table of uncertain quantities names otherwise
 NOTED = (*dict.fromkeys((*KEYS, *ALSO)), "k_0_A", "k_0_B", "leak")
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
@@ -80,6 +80,7 @@ def fitted_configuration(
         name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
     }
     notes += _put_values(content, section, known, plant, fit)
+    _put_valves(section, configuration.cylinders[cylinder], known, plant)
     if "valve" in section and known.keys() >= {*CURVE}:
         curve = {name: known[name].value for name in CURVE}
         section["valve"] = _with_curve(section["valve"], curve, fit, plant)
@@ -129,7 +130,7 @@ def _put_values(
     """Put the fitted values, except k_0, under their keys of the configuration; return notes on them."""
     period = float(np.diff(fit.data["t"].values[:2]).item())
     end = largest_command(fit.fitted_commands, plant) if known.keys() >= {*CURVE} else plant.valve.u_max
-    sections = {"supply": content["supply"], "cylinders": section, "cylinders.valve": section.get("valve")}
+    sections = {"supply": content["supply"], "cylinders": section}
     dynamics = sections[DYNAMICS] = section.pop("valve_dynamics", {})
     dead_volumes = of_group("dead volume")
     if known.keys() & {*dead_volumes}:  # else one key could change both chambers
@@ -144,27 +145,53 @@ def _put_values(
             dynamics.pop(key, None)
             continue
         if name == "k_xu" and "valve" in section:
-            path, key = "cylinders.valve", "C_dm3_per_sbar"
-            if curve := section["valve"].get("curve"):
-                scale, path = interval.value / plant.valve.k_xu, CONFIGURED_CURVE
-                for column in curve.keys() - {"u_V"}:
-                    curve[column] = [_rounded(scale * C) for C in curve[column]]
+            path = "cylinders.valve"
+            if "curve" in section["valve"]:
                 note = f"conductances of the curve times {_text(interval.scaled(1 / plant.valve.k_xu))}"
             else:
                 interval = interval.scaled(sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu)
                 note = f"C = {_text(interval.scaled(end / plant.valve.u_max))} dm3/(s bar) at {end:.4g} V"
         notes.append(note)
+        if path == "cylinders.valve" and "valve" in section:
+            continue  # see `_put_valves`
         # No valve acts before its command: less than a sample is the clock's.
         early = name == "dead_time" and -period < interval.value < 0
         if path == DYNAMICS and (early or interval.low <= 0 <= interval.high):
             dynamics.pop(key, None)
         elif (target := sections.get(path)) is not None:
             target[key] = _rounded(interval.value)
-        elif path not in ("experiments", CONFIGURED_CURVE) and not (name in CURVE and "valve" in section):
+        elif path != "experiments" and not (name in CURVE and "valve" in section):
             without.append(QUANTITIES[name].heading)
     if dynamics:
         section["valve_dynamics"] = dynamics
     return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
+
+
+def _put_valves(
+    section: dict[str, Any], before: CylinderSection, known: dict[str, Interval], plant: Plant
+) -> None:
+    """Put fitted flows and b into the valves; those of both chambers change by the same factors."""
+    fitted = {name: known[name].value for name in ("k_xu", "exhaust", "b") if name in known}
+    valves: dict[str, ValveSection | None] = {"valve": before.valve, "valve_B": before.valve_B}
+    for key, valve in valves.items():
+        if valve is None:
+            continue
+        changed, curve = section[key], section[key].get("curve")
+        flow = fitted.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu
+        exhaust = fitted.get("exhaust", plant.valve.exhaust) / plant.valve.exhaust
+        if curve:
+            for column in curve.keys() - {"u_V"}:
+                factor = flow * exhaust if column.startswith("exhaust") else flow
+                curve[column] = [_rounded(factor * C) for C in curve[column]]
+        elif fitted.keys() & {"k_xu", "b"}:
+            rest = {name: value for name, value in changed.items() if name not in CONVERSIONS}
+            changed = section[key] = {"C_dm3_per_sbar": _rounded(flow * valve.largest_C)} | rest
+        if "exhaust" in fitted and "exhaust_C_dm3_per_sbar" not in (curve or {}):
+            changed["exhaust_ratio"] = _rounded(exhaust * valve.exhaust_ratio)
+        if "b" in fitted:
+            changed |= {
+                name: _rounded(fitted["b"]) for name in ("b", "exhaust_b") if name in {"b"} | changed.keys()
+            }
 
 
 def _with_curve(

@@ -14,6 +14,7 @@ from pneumo.fitting.fit_result import Estimate, FitResult, fit_data
 from pneumo.fitting.fitted_parameters import REPORTED
 from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.record.measurement import Measurement
+from pneumo.physics.valve import chamber_flows
 from pneumo.publish.text.terminal_tables import rig_rows
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
@@ -87,6 +88,37 @@ def test_the_paper_s_cylinder_keeps_its_key_and_one_experiment_of_each_kind(tmp_
     # The paper's experiments of a cylinder are two loops at several conductances.
     assert sorted(e.drive.closed_loop for e in result.experiments.values()) == [False, True]
     assert "levels" not in yaml.safe_load(text)
+
+
+CURVE = {"u_V": [0, 5, 10], "C_dm3_per_sbar": [0, 1.0, 1.5]}
+VALVES = {
+    **{
+        key: {"valve": {key: value, "b": 0.3}} for key, value in {"Q_nN_l_per_min": 350, "S_mm2": 7.5}.items()
+    },
+    "Cv, b unknown, exhaust": {"valve": {"Cv": 0.38, "b": "unknown", "exhaust_ratio": 0.8, "exhaust_b": 0.3}},
+    "curve": {"valve": {"curve": CURVE, "b": 0.3, "exhaust_ratio": 0.8}},
+    "curve of the exhaust": {"valve": {"curve": CURVE | {"exhaust_C_dm3_per_sbar": [0, 0.5, 1.4]}, "b": 0.3}},
+    "two valves": {"valve": {"Cv": 0.38, "b": 0.3}, "valve_B": {"Q_n_l_per_min": 250, "b": 0.3}},
+}
+
+
+@pytest.mark.parametrize("valves", VALVES.values(), ids=VALVES)
+def test_flows_of_a_valve_are_those_of_the_fit_however_it_is_given(valves, tmp_path):
+    content = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
+    content["cylinders"]["mine"] |= valves
+    file = tmp_path / "mine.yaml"
+    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+    before = configured_plant(study(load(file)), "mine", 1.0)
+    fitted = {"k_xu": 1.2 * before.valve.k_xu, "exhaust": 0.9 * before.valve.exhaust, "b": 0.35}
+    text = written(found(VALUES | fitted, also=("exhaust", "b")), "mine", before, file)
+    after = configured_plant(read(text, tmp_path)[1])
+    with_b = before._replace(gas=before.gas._replace(critical_ratio=0.35))
+    for u in (-10.0, -3.0, 3.0, 10.0):
+        for side in (0, 1):
+            was, now = (
+                chamber_flows(u, 4e5, 293.0, p.valve, p.gas, p.conditions, side) for p in (with_b, after)
+            )
+            assert now == pytest.approx((1.2 * was[0], 1.2 * 0.9 * was[1]), rel=1e-5)
 
 
 def test_what_the_record_does_not_determine_stays_and_is_said(mine, tmp_path):
