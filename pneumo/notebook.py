@@ -182,7 +182,7 @@ class RecordFit(RigFit):
     def _fitted(self) -> str:
         """Text of ``fitted.yaml``."""
         rest = self.configuration, self.cylinder, self.plant, self.result, self._record
-        return fitted_configuration(*rest, T=self.measurement.T)
+        return fitted_configuration(*rest, T=self.measurement.T, P_s=self.measurement.P_s)
 
     def plot_record(self) -> Figure:
         """Figure of the record's signals as the fit read them."""
@@ -400,7 +400,7 @@ def fit(
     part
         Fraction of the record that is fitted, 0.2 to 0.9; the rest is held out.
     also
-        Names of quantities that are fitted too, without prior knowledge; the table is in {doc}`fit`.
+        Names of quantities fitted too, without prior knowledge; the table is in {doc}`fit-reference`.
     trust
         Skip the check for swapped or wrong columns.
     closed

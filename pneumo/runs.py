@@ -177,7 +177,9 @@ class Run(NamedTuple):
 
     def to_table(self) -> pd.DataFrame:
         """Table with a column for each signal, headed as `pneumo.read_record` reads them."""
-        columns = {"t_s": self.t, "u_V": self.u, "x_m": self.x, "v_m/s": self.v}
+        u_B = self.recording.u_B
+        columns = {"t_s": self.t} | ({"u_V": self.u} if u_B is None else {"u_A_V": self.u, "u_B_V": u_B})
+        columns |= {"x_m": self.x, "v_m/s": self.v}
         columns |= {f"P_{side}_Pa": getattr(self, f"P_{side}") for side in "AB"}
         return pd.DataFrame(columns | {f"T_{side}_K": getattr(self, f"T_{side}") for side in "AB"})
 

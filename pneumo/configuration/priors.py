@@ -93,7 +93,8 @@ def plant_with(plant: Plant, names: tuple[str, ...], deviations: np.ndarray) -> 
         _, logarithmic, part, field = QUANTITIES[name]
         holder: Any = getattr(plant, part) if part else plant
         value = getattr(holder, field)
-        holder = holder._replace(**{field: value * exp(deviation) if logarithmic else value + deviation})
+        value = value * exp(deviation) if logarithmic else value + deviation
+        holder = holder.with_exhaust(value) if name == "exhaust" else holder._replace(**{field: value})
         plant = plant._replace(**{part: holder}) if part else holder
         if name == "b":
             paths = plant.valve.paths

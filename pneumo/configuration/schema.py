@@ -339,6 +339,9 @@ class CylinderSection(Section):
         if self.valve_B and self.valve and self.valve_B.leak_dm3_per_sbar != self.valve.leak_dm3_per_sbar:
             where, condition = ("valve_B", "leak_dm3_per_sbar"), "must be that of the section valve"
             raise conflict(self.valve_B.leak_dm3_per_sbar, condition, where, ("valve",))
+        for key in self.valve_B._uncertainties if self.valve_B else ():
+            condition = "cannot have an uncertainty; that of the section valve is of both"
+            raise conflict(getattr(self.valve_B, key), condition, ("valve_B", key))
         if self.rod_mm >= self.bore_mm:
             condition = f"must exceed rod_mm = {self.rod_mm:g}"
             raise conflict(self.bore_mm, condition, ("bore_mm",), ("rod_mm",))

@@ -117,6 +117,8 @@ class Section(BaseModel):
             numbers[key], half_width, percent = float(match[1]), float(match[4]), match[7]
             if not 0 <= half_width <= (MOST_PERCENT if percent else inf):
                 raise conflict(given, f"the uncertainty must be 0 to {MOST_PERCENT:g} %", (key,))
+            if numbers[key] == 0:
+                raise conflict(given, "0 cannot have an uncertainty", (key,))
             found[key] = half_width, percent
         section = handler(numbers)
         section._uncertainties.update(found)

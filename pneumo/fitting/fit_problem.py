@@ -76,6 +76,8 @@ def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -
             continue
         configured = attrgetter(str(PARAMETERS[name].search.start))(plant)
         deviation = getattr(known, name) / LIMITS
+        if deviation == 0:  # known exactly
+            continue
         weight = (noise / plant.conditions.P_s / deviation) ** 2
         result[name] = Prior(configured, deviation, weight)
     return result
@@ -320,7 +322,8 @@ def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
         start = PARAMETERS[name].search.start
         if isinstance(start, str) and name in values:
             part, number = start.split(".")
-            changed = getattr(plant, part)._replace(**{number: values[name]})
+            holder, value = getattr(plant, part), values[name]
+            changed = holder.with_exhaust(value) if name == "exhaust" else holder._replace(**{number: value})
             plant = plant._replace(**{part: changed})
     return plant
 

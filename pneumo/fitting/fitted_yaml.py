@@ -51,7 +51,13 @@ def _rounded(value: float) -> float:
 
 
 def fitted_configuration(
-    configuration: Configuration, cylinder: str, plant: Plant, fit: FitResult, record: str, T: float
+    configuration: Configuration,
+    cylinder: str,
+    plant: Plant,
+    fit: FitResult,
+    record: str,
+    T: float,
+    P_s: np.ndarray | None = None,
 ) -> str:
     """Text of a configuration of one cylinder with the parameters of `fit.model_of_rig`.
 
@@ -68,6 +74,8 @@ def fitted_configuration(
         Name of the measurement.
     T : float
         Measured temperature of the surroundings, K; NaN where it was not measured.
+    P_s : numpy.ndarray, optional
+        Measured supply pressure, Pa, of which the mean is written.
     """
     content = configuration.model_dump(exclude_unset=True)
     rig, notes = fit.model_of_rig, list[str]()
@@ -76,6 +84,9 @@ def fitted_configuration(
     if np.isfinite(T):
         content["supply"] |= {"T_amb_K": _rounded(T), "T_in_K": _rounded(T)}
         notes.append(f"T = {T:.2f} K, measured")
+    if P_s is not None:
+        content["supply"]["P_s_Pa"] = _rounded(P_s.mean())
+        notes.append(f"supply = {P_s.mean() / 1e3:.4g} kPa, measured, on average")
     known = {
         name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
     }
@@ -215,10 +226,13 @@ def _fitted_section(fit: FitResult, known: dict[str, Interval], before: Uncertai
     Where one dead volume alone is `known`, the other is as uncertain as `before`, though a key states it.
     """
     rig, deviations = fit.model_of_rig, dict[str, float]()
-    for name, (_, low, high) in known.items():
+    for name, (value, low, high) in known.items():
         quantity = UNCERTAIN.get(UNCERTAIN_NAMES.get(name, name))
         if quantity and known[name].known:
-            deviations[name] = (np.log(high / low) if quantity.logarithmic else high - low) / 2 / SIGMAS
+            ends = (
+                np.log([low / value, high / value]) if quantity.logarithmic else [low - value, high - value]
+            )
+            deviations[name] = np.max(np.abs(ends)) / SIGMAS  # draws are symmetric, and cover both ends
     dead_volumes = of_group("dead volume")
     related = fit.correlation(rig) if "correlation" in fit.data else pd.DataFrame()
     if deviations.keys() & {*dead_volumes}:
@@ -235,7 +249,7 @@ def _fitted_section(fit: FitResult, known: dict[str, Interval], before: Uncertai
     return {
         "quantities": [UNCERTAIN_NAMES.get(name, name) for name in names],
         "covariance": [
-            [float(f"{value:.4g}") for value in row]
+            [float(f"{value:.12g}") for value in row]
             for row in (correlation * np.outer(widths, widths)).tolist()
         ],
         "error_kPa": {model: _rounded(error) for model, error in errors.items()},

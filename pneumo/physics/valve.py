@@ -78,6 +78,12 @@ class Valve(NamedTuple):
     net_leak: bool = False
     paths: Paths = Paths()  #: openings that are not the command, or differ between paths
 
+    def with_exhaust(self, ratio: float) -> "Valve":
+        """Return the valve with another `exhaust`, all paths to the atmosphere changed in proportion."""
+        factor = ratio / self.exhaust
+        openings = tuple(tuple(factor * opening for opening in side) for side in self.paths.exhaust)
+        return self._replace(exhaust=ratio, paths=self.paths._replace(exhaust=openings))
+
 
 class Conditions(NamedTuple):
     """Pressures and temperatures of supply and surroundings, and of the equilibrium from which runs start."""

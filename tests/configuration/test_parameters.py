@@ -304,6 +304,14 @@ def test_each_stated_uncertainty_is_in_the_unit_that_a_fit_takes(tmp_path):
         ("accuracy: {b: 0.1}", "accuracy = {'b': 0.1}: unknown key"),
         ("cylinders: {mine: {mass_kg: 3 ± 1}}", "mass_kg = '3 ± 1': must be a number"),
         ("cylinders: {mine: {bore_mm: 25 ± -1}}", "'25 ± -1': the uncertainty must be 0 to 10000 %"),
+        (
+            "cylinders: {mine: {load_N: 0}}\nexperiments: {open: {k_0_W_per_K: 0 ± 1}}",
+            "0 cannot have an uncertainty",
+        ),
+        (
+            "cylinders: {mine: {valve_B: {C_dm3_per_sbar: 1 ± 9 %}}}",
+            "cannot have an uncertainty; that of the",
+        ),
         ("cylinders: {mine: {bore_mm: 2500 ± 1}}", "bore_mm = 2500.0: must be a number greater than 0"),
     ],
 )

@@ -9,8 +9,12 @@ from readable_equations import replay_lane
 from valve_paths import BASE, CROSSING, CURVE, FOUR, OVERLAP, STRAIGHT, plant
 
 import pneumo
+from pneumo.configuration.priors import plant_with
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.schema_parts import merged
+from pneumo.fitting.fit_problem import FULL, Problem, replayed_pressures
+from pneumo.fitting.record.measurement import Measurement
+from pneumo.fitting.stage_signals import stage_signals
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.replay import replay, replay_one_by_one
@@ -89,6 +93,21 @@ def test_runs_and_replays_of_the_core_are_those_of_the_readable_equations():
     assert 3e5 < rest.P_A[-1] < 6.9e5
 
 
+def test_another_exhaust_ratio_acts_on_a_table_as_on_a_valve_without_one():
+    plants = plant(), plant(curve=STRAIGHT)
+    moved = [plant_with(p, ("exhaust",), np.array([math.log(0.8)])) for p in plants]
+    assert C_of(moved[0], -10, 3e5, 0) == pytest.approx([0, 1.2])
+    assert C_of(moved[1], -10, 3e5, 0) == pytest.approx([0, 1.2])
+    run, fits = pneumo.simulate(moved[0], 1e-3, command=STEPS / 5), []
+    measured = Measurement("m", 1e-3, run.u, run.x, np.array([run.P_A, run.P_B]))
+    for p in plants:
+        problem = Problem(FULL, p, stage_signals(measured, p), {}, ("exhaust",))
+        values = problem.values(problem.guess()) | {"exhaust": 0.8, "k_0": p.k_0}
+        fits.append(replayed_pressures(problem, problem.inner(values)[None])[0])
+    np.testing.assert_allclose(*fits, rtol=1e-3)  # 0.3 per mille where a port is near
+    np.testing.assert_allclose(fits[1], measured.P, atol=2e3)  # signals of a record, at its samples
+
+
 def test_each_chamber_has_a_command_where_each_has_a_valve():
     at = plant(valve_B={"C_dm3_per_sbar": 1.5, "b": 0.3})
     u = np.linspace(-10, 10, 301)
@@ -99,7 +118,7 @@ def test_each_chamber_has_a_command_where_each_has_a_valve():
     assert both.P_A[-1] == pytest.approx(7e5, rel=2e-3) and both.P_B[-1] == pytest.approx(7e5, rel=2e-3)
     replayed = pneumo.replay("M1", None, both)  # its own command reaches the replay of B too
     assert replayed.P_B[-1] == pytest.approx(7e5, rel=2e-3)
-    assert "u_B" in both.to_xarray()
+    assert "u_B" in both.to_xarray() and {"u_A_V", "u_B_V"} < {*both.to_table()}
 
 
 @pytest.mark.slow
