@@ -110,7 +110,7 @@ def fitted_configuration(
         f"Cylinder {cylinder} as fitted to {printable(record)} by {rig}, which is off by"
         f" {_held_out_error(fit, rig)} on the part held out.",
         *(f"WARNING: {text}" for text in fit.warnings),
-        "Found, with 95 % intervals:",
+        "As replayed, with 95 % intervals over all laws of the wall:",
         *(f"  {note}" for note in notes),
         *([] if fit.of == "closed" else _best_model_lines(fit)),
     ]
