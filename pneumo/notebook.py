@@ -33,7 +33,7 @@ from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.measurement_fit import fit_measurement, fitted_too, validation
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.position_checks import position_shown
-from pneumo.fitting.record.columns import Column
+from pneumo.fitting.record.columns import Columns
 from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.rig import rig_file
@@ -42,7 +42,7 @@ from pneumo.fitting.rig.rig_record import read_runs
 from pneumo.fitting.rig.rig_replay import RIG_MODELS
 from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS, PART
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.fit_figures import pair_figure, record_figure, residual_figure
+from pneumo.publish.figures.fit_figures import pair_figure, residual_figure
 from pneumo.publish.figures.study_figures import budget_figure
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.publish.pages.study_page import check_folder, save_study
@@ -182,15 +182,9 @@ class RecordFit(RigFit):
     def _fitted(self) -> str:
         """Text of ``fitted.yaml``."""
         rest = self.configuration, self.cylinder, self.plant, self.result, self._record
-        return fitted_configuration(*rest, T=self.measurement.T, P_s=self.measurement.P_s)
+        return fitted_configuration(*rest, self.measurement)
 
-    def plot_record(self) -> Figure:
-        """Figure of the record's signals as the fit read them."""
-        return record_figure(self.measurement)
-
-    def validate(
-        self, other: Record | Measurement, columns: Mapping[str, Column] | None = None
-    ) -> pd.DataFrame:
+    def validate(self, other: Record | Measurement, columns: Columns | None = None) -> pd.DataFrame:
         """Root mean square errors, Pa, of the fitted models on another record, by model and chamber.
 
         Nothing but first pressures and temperatures is fitted there.
@@ -338,7 +332,7 @@ def read_record(
     configuration: Configuration | Path | str,
     cylinder: str | None = None,
     *,
-    columns: Mapping[str, Column] | None = None,
+    columns: Columns | None = None,
     x_from: Literal["mid", "end"] = "mid",
     closed: bool = False,
 ) -> Measurement:
@@ -353,7 +347,7 @@ def read_record(
     cylinder
         Its name in the configuration; may be left out if there is only one.
     columns
-        Column and unit of each quantity, if not as the headers name them.
+        Column and unit of each quantity, as ``{"x": {"column": "s2", "unit": "mm"}}``; by default by headers.
     x_from
         Whether x is zero in mid-stroke or at chamber A's end.
     closed
@@ -375,7 +369,7 @@ def fit(
     cylinder: str | None = None,
     *,
     models: Sequence[str] | None = None,
-    columns: Mapping[str, Column] | None = None,
+    columns: Columns | None = None,
     x_from: Literal["mid", "end"] = "mid",
     command: Literal["held", "linear"] = "held",
     part: float = PART,
@@ -468,7 +462,7 @@ def rig(
     record: Record,
     *,
     models: Sequence[str] | None = None,
-    columns: Mapping[str, Column] | None = None,
+    columns: Columns | None = None,
     command: Literal["column", "edges"] = "column",
     temperature: bool = False,
     progress: Callable[[str], None] = LOGGER.info,

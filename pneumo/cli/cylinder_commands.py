@@ -98,7 +98,7 @@ def study(
     from pneumo.configuration.priors import conversion_notes, uncertainties
     from pneumo.notebook import ModelStudy
     from pneumo.publish.pages.study_page import check_folder
-    from pneumo.publish.text.terminal_tables import ranking_table
+    from pneumo.publish.text.terminal_tables import WHOLE, ranking_table
     from pneumo.selection.cylinder_ranking import run_study, selected, simulated_time
     from pneumo.storage.files import output_folder
 
@@ -118,7 +118,7 @@ def study(
     typer.echo(result.text(console.width))
     for answer in result.answers if details else ():
         console.print(f"Known within 95 %: {answer.limits}", markup=False)
-        console.print(ranking_table(answer))
+        console.print(ranking_table(answer), **WHOLE)
     page, cells_file = result.save(folder)
     console.print(f"{page}, {cells_file}: written", markup=False, soft_wrap=True)
     for answer in result.answers:

@@ -58,8 +58,7 @@ def show(
 def fit(
     context: typer.Context,
     measurements: Annotated[
-        list[Path],
-        Argument(metavar="RECORD...", help=f"{RECORD}; several of one rig are fitted together"),
+        list[Path], Argument(metavar="RECORD...", help=f"{RECORD}; several of one rig are fitted together")
     ],
     cylinder: Cylinder = None,
     config: Config = None,
@@ -147,7 +146,7 @@ def fit(
         validated = {name: rms.tolist() for name, rms in errors.items()}
         typer.echo(json.dumps(fitted.summary() | ({"rms_validated": validated} if errors else {}), indent=1))
     for table in [] if as_json else [*shown.fit_tables(fitted), *shown.validation_tables(errors)]:
-        Console().print(table)
+        Console().print(table, **shown.WHOLE)
     for text in fitted.warnings:
         typer.echo(f"warning: {text}", err=as_json)
     start = default_conductance(found.plant.cylinder)
@@ -183,7 +182,7 @@ def rig(
 
     from pneumo.fitting.record.columns import read_mapping
     from pneumo.notebook import rig as fit_rig
-    from pneumo.publish.text.terminal_tables import fit_tables
+    from pneumo.publish.text.terminal_tables import WHOLE, fit_tables
     from pneumo.storage.files import output_folder
 
     if output is not None:
@@ -200,7 +199,7 @@ def rig(
     for note in fit.notes:
         typer.echo(f"note: {note}", err=True)
     for table in fit_tables(fit.result):
-        Console().print(table)
+        Console().print(table, **WHOLE)
     for warning in fit.warnings:
         typer.echo(f"warning: {warning}", err=True)
     if output is not None:

@@ -42,10 +42,7 @@ Conductance = Annotated[
         "--k0", help="thermal conductance of each chamber's wall, W/K [the cylinder's, if it has only one]"
     ),
 ]
-Trust = Annotated[
-    bool,
-    Option("--trust", help="accept numbers that describe no actuator together"),
-]
+Trust = Annotated[bool, Option("--trust", help="accept numbers that describe no actuator together")]
 Threads = Annotated[int, Option(min=1, help="parallel runs; the result does not depend on it")]
 
 

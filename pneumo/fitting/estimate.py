@@ -8,14 +8,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
 from pneumo.fitting.configured_quantities import changes_of, configured_shifts, sensor_offsets
-from pneumo.fitting.fit_problem import (
-    FULL,
-    LIMITS,
-    Problem,
-    fit,
-    replayed_pressures,
-    settled,
-)
+from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit, replayed_pressures, settled
 from pneumo.fitting.fit_result import Estimate, rms_of_chambers
 from pneumo.fitting.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
 from pneumo.fitting.least_squares import (

@@ -239,9 +239,7 @@ def odd_values(
 
 
 def undetermined_notes(
-    estimate: Estimate,
-    names: Iterable[str],
-    remedy: str = "excite the cylinder more, or record longer",
+    estimate: Estimate, names: Iterable[str], remedy: str = "excite the cylinder more, or record longer"
 ) -> list[str]:
     """Notes on the parameters in `names` that have an interval, but a wide or open one, with a remedy."""
     return [

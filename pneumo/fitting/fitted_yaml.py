@@ -10,11 +10,12 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import sonic_conductance
 from pneumo.configuration.priors import QUANTITIES as UNCERTAIN
 from pneumo.configuration.priors import SIGMAS, Uncertain, uncertainties
-from pneumo.configuration.schema import Configuration, CylinderSection, ValveSection
+from pneumo.configuration.schema import Configuration, CylinderSection
 from pneumo.configuration.valve_conversions import CONVERSIONS
 from pneumo.errors import printable
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CURVE, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
+from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.valve_signal import KNOTS, largest_command, valve_curve
 from pneumo.statistics.intervals import Interval
 
@@ -56,8 +57,7 @@ def fitted_configuration(
     plant: Plant,
     fit: FitResult,
     record: str,
-    T: float,
-    P_s: np.ndarray | None = None,
+    measured: Measurement,
 ) -> str:
     """Text of a configuration of one cylinder with the parameters of `fit.model_of_rig`.
 
@@ -71,22 +71,18 @@ def fitted_configuration(
     configuration, plant
         Configuration that the fit began with, and the cylinder's plant there.
     record : str
-        Name of the measurement.
-    T : float
-        Measured temperature of the surroundings, K; NaN where it was not measured.
-    P_s : numpy.ndarray, optional
-        Measured supply pressure, Pa, of which the mean is written.
+        Name of the measurement, whose temperature and mean supply pressure are written too.
     """
     content = configuration.model_dump(exclude_unset=True)
     rig, notes = fit.model_of_rig, list[str]()
     estimates = fit.replayed(rig)
     section = content["cylinders"][cylinder]
-    if np.isfinite(T):
-        content["supply"] |= {"T_amb_K": _rounded(T), "T_in_K": _rounded(T)}
-        notes.append(f"T = {T:.2f} K, measured")
-    if P_s is not None:
-        content["supply"]["P_s_Pa"] = _rounded(P_s.mean())
-        notes.append(f"supply = {P_s.mean() / 1e3:.4g} kPa, measured, on average")
+    if np.isfinite(measured.T):
+        content["supply"] |= {"T_amb_K": _rounded(measured.T), "T_in_K": _rounded(measured.T)}
+        notes.append(f"T = {measured.T:.2f} K, measured")
+    if measured.P_s is not None:
+        content["supply"]["P_s_Pa"] = _rounded(measured.P_s.mean())
+        notes.append(f"supply = {measured.P_s.mean() / 1e3:.4g} kPa, the mean of its record")
     known = {
         name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
     }
@@ -183,11 +179,8 @@ def _put_valves(
 ) -> None:
     """Put fitted flows and b into the valves; those of both chambers change by the same factors."""
     fitted = {name: known[name].value for name in ("k_xu", "exhaust", "b") if name in known}
-    valves: dict[str, ValveSection | None] = {"valve": before.valve, "valve_B": before.valve_B}
-    for key, valve in valves.items():
-        if valve is None:
-            continue
-        changed, curve = section[key], section[key].get("curve")
+    for key in section.keys() & {"valve", "valve_B"}:
+        changed, curve, valve = section[key], section[key].get("curve"), getattr(before, key)
         flow = fitted.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu
         exhaust = fitted.get("exhaust", plant.valve.exhaust) / plant.valve.exhaust
         if curve:
@@ -200,9 +193,8 @@ def _put_valves(
         if "exhaust" in fitted and "exhaust_C_dm3_per_sbar" not in (curve or {}):
             changed["exhaust_ratio"] = _rounded(exhaust * valve.exhaust_ratio)
         if "b" in fitted:
-            changed |= {
-                name: _rounded(fitted["b"]) for name in ("b", "exhaust_b") if name in {"b"} | changed.keys()
-            }
+            for name in {"b"} | ({"exhaust_b"} & changed.keys()):
+                changed[name] = _rounded(fitted["b"])
 
 
 def _with_curve(

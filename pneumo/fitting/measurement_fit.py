@@ -19,21 +19,9 @@ from pneumo.fitting.estimate import (
     ranked,
     split_of,
 )
-from pneumo.fitting.fit_problem import (
-    FULL,
-    Problem,
-    offsets,
-    opened,
-    priors,
-    with_causes,
-)
+from pneumo.fitting.fit_problem import FULL, Problem, offsets, opened, priors, with_causes
 from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
-from pneumo.fitting.fit_warnings import (
-    disagreements,
-    doubtful,
-    fit_warnings,
-    undetermined_notes,
-)
+from pneumo.fitting.fit_warnings import disagreements, doubtful, fit_warnings, undetermined_notes
 from pneumo.fitting.fitted_parameters import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
 from pneumo.fitting.least_squares import covariances, expected_shifts, remainder_shifts
 from pneumo.fitting.lights import lights

@@ -56,8 +56,8 @@ def wall_law_notes(full: Estimate) -> list[str]:
         return []
     best = max(full.laws, key=lambda law: full.laws[law])
     return [
-        f"k_0 depends on the law of the wall, and a conductance that is {WALL_LAWS[best]} fits the record best;"
-        " the table has averages over three laws, weighted by likelihood. The full order as replayed and"
-        f" exported has a conductance {WALL_LAWS[FULL.wall]}: `fitted.yaml` has the values fitted with that,"
-        f" k_0 = {replayed:.3g} W/K, which belong together"
+        f"k_0 depends on the law of the wall, and a conductance that is {WALL_LAWS[best]} fits the record"
+        " best; the table has averages over three laws, weighted by likelihood. The full order as replayed"
+        f" and exported has a conductance {WALL_LAWS[FULL.wall]}: `fitted.yaml` has the values fitted with"
+        f" that, k_0 = {replayed:.3g} W/K, which belong together"
     ]

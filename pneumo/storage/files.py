@@ -112,11 +112,7 @@ def check_output(folder: Path) -> None:
 
 
 def attributes(
-    title: str,
-    summary: str,
-    config_sha256: str,
-    experiment: Experiment | None = None,
-    **others: object,
+    title: str, summary: str, config_sha256: str, experiment: Experiment | None = None, **others: object
 ) -> dict[str, Any]:
     """Global attributes of a results file: title, summary, and the configuration's SHA-256.
 

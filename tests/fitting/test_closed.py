@@ -77,7 +77,8 @@ def test_one_chamber_filled_and_the_other_vented_and_then_shut_show_k_0(plant):
 
 
 def fitted_text(fit, plant):
-    return fitted_configuration(load(TEMPLATE), "mine", plant, fit, "closed.csv", np.nan)
+    record = measured(np.zeros(9), np.zeros((2, 9)), 1e-3, 1, 0.0)
+    return fitted_configuration(load(TEMPLATE), "mine", plant, fit, "closed.csv", record)
 
 
 def test_a_chamber_that_is_open_is_left_out_and_takes_what_leaks(plant):

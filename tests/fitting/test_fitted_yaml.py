@@ -47,8 +47,9 @@ def read(text, tmp_path):
     return load(file), study(load(file))
 
 
-def written(fit, cylinder, plant, *files, T=np.nan):
-    return fitted_configuration(load(*files), cylinder, plant, fit, "bench.csv", T)
+def written(fit, cylinder, plant, *files, T=np.nan, P_s=None):
+    bench = Measurement("bench.csv", 1e-3, *np.zeros((2, 9)), np.zeros((2, 9)), T=T, P_s=P_s)
+    return fitted_configuration(load(*files), cylinder, plant, fit, "bench.csv", bench)
 
 
 @pytest.fixture(scope="module")
@@ -178,11 +179,11 @@ def test_a_coefficient_gives_way_to_k_0_and_a_measured_temperature_is_kept(mine,
     content["run"]["experiments"] = ["open"]
     content["name"] = "a" * 40
     other.write_text(yaml.safe_dump(content))
-    result = read(written(found(), "mine", mine, other, T=301.25), tmp_path)[1]
+    result = read(written(found(), "mine", mine, other, T=301.25, P_s=np.array([6.4e5, 6.6e5])), tmp_path)[1]
     assert list(result.experiments) == ["open"] and len(result.name) == 40
     plant = result.experiments["open"].plant
     assert plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
-    assert plant.conditions.T_amb == plant.conditions.T_in == 301.25
+    assert plant.conditions.T_amb == plant.conditions.T_in == 301.25 and plant.conditions.P_s == 6.5e5
 
 
 def test_what_was_fitted_too_goes_into_its_key_or_is_said_and_shown(mine, tmp_path):

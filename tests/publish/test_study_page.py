@@ -81,9 +81,9 @@ def test_cells_of_the_budget():
     answer = answered(made(unknown={"valve": 50.0}, measured={"M8": 2e3}, noise=1e-9))
     texts = dict(zip(budget_heads(answer), budget_cells(answer.budget.row("M8"), answer), strict=True))
     assert texts["all"] == "7.3" and texts["95 %"] == "7.3 to 7.3" and texts["valve"] == "7.1"
-    assert (texts["n"], texts["measured"], texts["model itself"]) == ("1.3", "2", "1.7")
+    assert (texts["n"], texts["record"], texts["model itself"]) == ("1.3", "2", "1.7")
     full = dict(zip(budget_heads(answer), budget_cells(answer.budget.row("full order"), answer), strict=True))
-    assert (full["n"], full["measured"], full["model itself"]) == ("", "–", "0")
+    assert (full["n"], full["record"], full["model itself"]) == ("", "–", "0")
 
 
 def test_the_table_fits_a_terminal():

@@ -5,7 +5,7 @@ import re
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -73,22 +73,29 @@ class Column(BaseModel):
 
 Quantity = Literal["t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
 MAPPING = TypeAdapter(dict[Quantity, Column])
+Columns = Mapping[str, Column | Mapping[str, Any]]  # by quantity
 
 
-def read_mapping(source: str) -> dict[str, Column]:
-    """Columns by quantity from YAML such as `{P_A: {column: "pressure 1", unit: kPa}}`, or a file of it.
+def read_mapping(source: str | Mapping[str, Any]) -> dict[str, Column]:
+    """Columns by quantity, from YAML such as `{P_A: {column: "pressure 1", unit: kPa}}`, a file or a mapping.
 
     `InputError` if a key is no quantity, or column or unit is missing.
     """
-    inline = source.lstrip().startswith("{")
+    given = isinstance(source, Mapping)
+    name = "columns" if given else "--columns" if source.lstrip().startswith("{") else source
     try:
-        content = parse_yaml(source, "--columns") if inline else read_yaml(Path(source))
-        return {str(name): column for name, column in MAPPING.validate_python(content).items()}
+        content = source if given else parse_yaml(source, name) if name != source else read_yaml(Path(source))
+        return {str(quantity): column for quantity, column in MAPPING.validate_python(content).items()}
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in first["loc"] if part != "[key]")
         expected = f"must be one of {', '.join(QUANTITIES)}, each with column and unit"
-        raise InputError(f"{'--columns' if inline else source}: {printable(field)}: {expected}") from None
+        raise InputError(f"{name}: {printable(field)}: {expected}") from None
+
+
+def columns_of(mapping: Columns | None, channels: Sequence[Channel]) -> dict[str, Column]:
+    """Columns by quantity, as given or else by header."""
+    return read_mapping(mapping) if mapping else columns_by_header(channels)
 
 
 def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:

@@ -11,7 +11,14 @@ import xarray as xr
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel, Series, numbers, refuse, series
-from pneumo.fitting.record.columns import Column, clock_unit, columns_by_header, missing_columns, unused_note
+from pneumo.fitting.record.columns import (
+    Column,
+    Columns,
+    clock_unit,
+    columns_of,
+    missing_columns,
+    unused_note,
+)
 from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.plausibility import UNEVEN, Event, above_supply, check_clock, check_signals, events
 from pneumo.fitting.record.units import Surroundings
@@ -101,7 +108,7 @@ def read_series(
 def read_measurement(
     source: Path | str | pd.DataFrame | xr.Dataset,
     plant: Plant,
-    mapping: Mapping[str, Column] | None = None,
+    mapping: Columns | None = None,
     *,
     from_end: bool = False,
     closed: bool = False,
@@ -126,7 +133,7 @@ def read_measurement(
         If the file or one of its values is not usable; the text names the place and what is allowed.
     """
     path, channels = read_channels(source)
-    columns = dict(mapping) if mapping else columns_by_header(channels)
+    columns = columns_of(mapping, channels)
     measured_flow = any(quantity in columns for quantity in FLOWS)
     driven = FLOWS if measured_flow else ("u",)
     needed = SENSORS if closed else (*SENSORS, *driven)

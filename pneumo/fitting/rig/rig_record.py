@@ -1,6 +1,5 @@
 """Record of one volume of gas, cut into runs that start at rest."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +9,7 @@ import xarray as xr
 
 from pneumo.errors import InputError
 from pneumo.fitting.record.channel import refuse
-from pneumo.fitting.record.columns import Column, columns_by_header
+from pneumo.fitting.record.columns import Columns, columns_of
 from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.measurement import read_series
 from pneumo.fitting.record.units import Surroundings
@@ -155,7 +154,7 @@ def vessel_run(P: Points, T: Points | None = None) -> Run:
 def read_runs(
     source: Path | str | pd.DataFrame | xr.Dataset,
     rig: Rig,
-    mapping: Mapping[str, Column] | None = None,
+    mapping: Columns | None = None,
     *,
     from_edges: bool = False,
 ) -> list[Run]:
@@ -179,7 +178,7 @@ def read_runs(
         If the file or a column is not usable, or has no whole pulse.
     """
     path, channels = read_channels(source)
-    columns = dict(mapping) if mapping else columns_by_header(channels)
+    columns = columns_of(mapping, channels)
     vessel, both = rig.has("volume"), rig.has("dead_volume_B")
     shut = vessel and not rig.has("valve_C_in")
     of_rig = {"P_A": True, "x": not vessel, "u": not shut and not from_edges, "P_B": both}

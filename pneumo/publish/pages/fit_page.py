@@ -5,13 +5,7 @@ from pneumo.publish.figures.fit_figures import diagnosis_figure, held_out_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
 from pneumo.publish.text.fit_text import answer_text, misfit_text, next_experiments
-from pneumo.publish.text.terminal_tables import (
-    RIG_HEADS,
-    RIG_TITLE,
-    fit_heads,
-    fit_rows,
-    rig_rows,
-)
+from pneumo.publish.text.terminal_tables import RIG_HEADS, RIG_TITLE, fit_heads, fit_rows, rig_rows
 
 # Class and symbol of a light.
 LIGHT_LOOKS = {"green": ("close", "✓"), "yellow": ("explained", "≈"), "red": ("contradicted", "!")}

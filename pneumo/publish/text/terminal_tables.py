@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
+from typing import Any
 
 import numpy as np
 from rich import box
@@ -30,6 +31,9 @@ def _table(
         table.add_row(*row, style="bold" if bold and bold in row else "")
     return table
 
+
+# Arguments of `Console.print` by which a table keeps its numbers where it is wider than the terminal.
+WHOLE: dict[str, Any] = {"width": 200, "crop": False}
 
 # --- pneumo study ----------------------------------------------------------------------------------
 
@@ -60,7 +64,7 @@ def ranking_rows(ranking: Ranking) -> list[list[str]]:
 
 def budget_heads(answer: Answer) -> list[str]:
     """Headings of the error budget: the group whose measurement helps most comes first."""
-    measured = ["measured"] if answer.budget.measured else []
+    measured = ["record"] if answer.budget.measured else []
     strokes = ["stroke, rest"] if _strokes(answer) else []
     return ["model", "n", *measured, "all", "95 %", *answer.budget.groups, "model itself", *strokes]
 
@@ -109,7 +113,7 @@ def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (
     for answer in answers:
         console.print(f"{answer.ranking.cylinder}: {answer.headline}. {answer.reason}.", markup=False)
         if answer.rows:
-            console.print(budget_table(answer))
+            console.print(budget_table(answer), **WHOLE)
         for advice in answer.advice:
             console.print(f"- {advice}", markup=False)
         if command := export_command(answer, study, files):

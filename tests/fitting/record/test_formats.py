@@ -80,7 +80,11 @@ def test_other_names_and_columns_of_a_matrix_are_named_by_a_mapping(tmp_path):
     units = {"t": "s", **written.UNITS}
     mapping = {q: Column(column=f"log.{k}", unit=units[q]) for k, q in enumerate(units, start=1)}
     text = "a bench\n\n" + ";".join(c.column for c in mapping.values()) + "\n" + written.rows(sep=";")
-    same(read(tmp_path, "a.csv", text, mapping=mapping), written.truth())
+    plain = {quantity: {"column": c.column, "unit": c.unit} for quantity, c in mapping.items()}
+    for given in (mapping, plain):
+        same(read(tmp_path, "a.csv", text, mapping=given), written.truth())
+    with pytest.raises(InputError, match=r"columns: q: must be one of t, u"):
+        read(tmp_path, "a.csv", text, mapping={"q": plain["x"]})
     log = np.column_stack([written.TIME, *written.truth().values()])
     for matrix in (log, log.T):  # the longer side is time
         variables = {"log": matrix, "gain": 2.0, "limits": np.arange(5.0), "cube": np.zeros((2, 9, 2))}
