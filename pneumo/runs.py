@@ -15,7 +15,7 @@ from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.equations.named_model import lane_for
 from pneumo.equations.system import FULL_ORDER
-from pneumo.errors import InputError, RunError
+from pneumo.errors import InputError, RunError, shown
 from pneumo.physics.models import Model, full_order_lane, lane_array
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.publish.figures.run_figure import pressure_figure, run_figure
@@ -68,7 +68,10 @@ def start_state(plant: Plant, start: State | str) -> State:
         x = (cylinder.x_min, 0.0, cylinder.x_max)[end + 1]
         T = c.T_0 if start == "rest" else c.T_amb
         return State(x, 0.0, getattr(c, P_A), T, getattr(c, P_B), T)
-    state = State(*(float(value) for value in start))
+    try:
+        state = State(*map(float, start))
+    except (TypeError, ValueError):
+        raise InputError(f"start = {shown(start)}: must be a State, six numbers, or a name") from None
     if not cylinder.x_min <= state.x <= cylinder.x_max:
         limits = f"{cylinder.x_min:g} to {cylinder.x_max:g} m from mid-stroke"
         raise InputError(f"start: x = {state.x:g} m: must lie within the stroke, {limits}")
@@ -249,7 +252,10 @@ class Prediction(NamedTuple):
 
 def _series(**signals: ArrayLike) -> dict[str, np.ndarray]:
     """Signals as arrays of floats: one-dimensional, finite and of one length."""
-    arrays = {name: np.array(values, dtype=float) for name, values in signals.items()}
+    try:
+        arrays = {name: np.array(values, dtype=float) for name, values in signals.items()}
+    except (TypeError, ValueError):
+        raise InputError(f"{', '.join(signals)}: must be numbers") from None
     length = next(iter(arrays.values())).size
     for name, values in arrays.items():
         if values.ndim != 1 or values.size != length or length < 2 or not np.isfinite(values).all():

@@ -87,7 +87,8 @@ def test_a_row_can_stand_for_a_models_name_and_models_without_n_need_none(run):
     ("options", "words"),
     [
         *(({}, "exactly one"), ({"command": COMMAND, "reference": COMMAND}, "exactly one")),
-        *(({"command": wrong}, "command") for wrong in ([1.0], [1.0, np.nan])),
+        *(({"command": wrong}, "command") for wrong in ([1.0], [1.0, np.nan], ["a", "b"])),
+        ({"command": COMMAND, "start": (0, 0, 1e5)}, "six numbers"),
         ({"command": [[1.0, 2.0]]}, "u_A"),
         *(({"reference": COMMAND}, "k_p"), ({"h": 0.0, "command": COMMAND}, "h = 0")),
     ],
@@ -111,6 +112,9 @@ def test_a_run_that_fails_is_no_table_of_nan(mine):
         ({"T_in": -3.0}, "T_in"),
         ({"P_0": float("inf")}, "P_0"),
         ({"cylinder": CYLINDER._replace(V_d_B=0.0)}, "V_d_B"),
+        ({"cylinder": CYLINDER._replace(x_min=0.01, x_max=-0.01)}, "x_min"),
+        ({"cylinder": CYLINDER._replace(x_min=-1.0)}, "x_min"),
+        ({"cylinder": CYLINDER._replace(k_f=-1.0)}, "k_f"),
     ],
 )
 def test_bad_plants_are_refused(changes, words):

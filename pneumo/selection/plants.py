@@ -63,12 +63,17 @@ def plant(
     Raises
     ------
     InputError
-        If a number is not positive, k_0 is negative, or P_s does not exceed P_atm.
+        If a number is not positive, k_0 or friction negative, a stop outside, or P_s does not exceed P_atm.
     """
     c = Cylinder._make(float(value) for value in cylinder)._replace(rests=bool(cylinder.rests))
     check_positive(k_xu=k_xu, u_max=u_max, P_s=P_s, P_atm=P_atm, T_amb=T_amb)
     check_positive(bore=c.bore, stroke=c.stroke, A_A=c.A_A, A_B=c.A_B, V_d_A=c.V_d_A, V_d_B=c.V_d_B, M=c.M)
     _check_conductance(k_0)
+    half = (1 + 1e-9) * c.stroke / 2
+    if not -half <= c.x_min < c.x_max <= half:
+        raise InputError(f"x_min = {c.x_min:g} m, x_max = {c.x_max:g} m: must ascend, within the stroke")
+    if not min(c.k_f, c.coulomb) >= 0:
+        raise InputError(f"k_f = {c.k_f:g}, coulomb = {c.coulomb:g}: must not be negative")
     if P_s <= P_atm:
         raise InputError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
     inlet = T_amb if T_in is None else T_in
