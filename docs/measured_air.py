@@ -52,6 +52,7 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
     """Numbers and tables of the records with flow."""
     held, other = air["held_out"] / 1e3, air["other_P"] / 1e3
     discharge, T = held.sel(case="discharge"), air["T_error"].sel(case="discharge")
+    T_filling = air["T_error"].sel(case="filling")
     # Fitted to the discharge: the larger error, on its part held out or on the filling.
     worse = xr.where(discharge > other.sel(case="discharge"), discharge, other.sel(case="discharge"))
     assert worse.sel(model=[FULL, EQ_7]).max() < worse.drop_sel(model=[FULL, EQ_7]).min()  # as the page says
@@ -76,6 +77,8 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
         "back_full": f"{other.sel(case='filling', model=FULL).item():.1f}",
         "one_way_others": f"{worse.drop_sel(model=[FULL, EQ_7]).min().item():.1f}",
         "T_eq_6": span(T.sel(model=eq_6), 0),
+        "T_eq_6_filling": span(T_filling.sel(model=eq_6), 0),
+        "T_full_filling": f"{T_filling.sel(model=FULL).item():.0f}",
         "T_full": f"{T.sel(model=FULL).item():.0f}",
         "nitrogen_wall": f"{np.ptp(nitrogen_points(DATA, 'T_wall').values):.0f}",
         **{

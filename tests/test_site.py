@@ -32,6 +32,7 @@ class TestSite:
         assert len(pages) > len(PAGES)
         for page in pages:
             browser.open(page)
+            assert " object at 0x" not in page.read_text(encoding="utf-8"), page.name
             width = browser.run("document.documentElement.scrollWidth")
             assert width <= 390, f"{page.name}: {width} px wide"
             for scheme in ("light", "dark"):

@@ -233,7 +233,7 @@ def experiment_text(experiment: Experiment) -> str:
     """
     plant = experiment.plant
     size = f"{1e3 * plant.cylinder.bore:g} × {1e3 * plant.cylinder.stroke:g} mm, {plant.cylinder.M:g} kg"
-    run = f"{experiment.loop} loop, k₀ = {plant.k_0:.4g} W/K, {experiment.duration:.6g} s"
+    run = f"{experiment.loop} loop, k₀ = {plant.k_0:.2g} W/K, {experiment.duration:.6g} s"
     return f"cylinder {experiment.cylinder} ({size}), {run}"
 
 
