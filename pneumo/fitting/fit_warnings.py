@@ -203,9 +203,7 @@ def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     values, plant, period = estimate.values, problem.plant, problem.signals.period
     measured_volumes = problem.model.name == FULL.name and stated(plant)
     result = stated_volume_warnings(plant, estimate) if measured_volumes else []
-    # A chamber that starts with little air soon forgets its first temperature, which may be anything.
-    judged = [name for name in problem.names if PARAMETERS[name].group != "first temperature"]
-    fitted = {name: values[name] for name in judged}
+    fitted = {name: values[name] for name in problem.names}
     at_bound = problem.at_bound(problem.inner(values))
     result += odd_values(fitted, at_bound, plant, volumes=not measured_volumes, meaning="no gas does this")
     if estimate.high.get("dead_time", np.nan) < -EARLY * period and values["dead_time"] <= -period:
