@@ -109,7 +109,7 @@ class Study(NamedTuple):
     n: tuple[float, ...]  # polytropic indices of the grid
     levels: dict[str, tuple[float, ...]]  # conductances k_0, W/K, of each heat-transfer level
     config_sha256: str
-    percentiles: str = "linear"  # rule of the 10 and 90 per cent percentiles over experiments
+    percentile_rule: str = "linear"  # method of `numpy.percentile`
     seeds: int = 5  # how often `pneumo study` runs each experiment, each time with another seed
 
     def changed(self, change: Callable[[Experiment], Experiment]) -> "Study":

@@ -117,7 +117,7 @@ def study(configuration: Configuration) -> Study:
         n=tuple(c.n),
         levels={name: tuple(values) for name, values in c.levels.items()},
         config_sha256=digest,
-        percentiles=c.percentile_rule,
+        percentile_rule=c.percentile_rule,
         seeds=c.run.seeds,
     )
 

@@ -87,7 +87,8 @@ def study_notes(study: Study) -> list[str]:
     """Sentences by which a user notices a wrong unit or a default k_0 in a configuration.
 
     They give size, force and speed of each cylinder, signals beyond their limits or too weak to move the
-    piston, and each k_0 that is the default, with its origin and interval.
+    piston, experiments that no level of wall heat counts, and each k_0 that is the default, with its origin
+    and interval.
     """
     notes, defaults = [], []
     for name, p in {e.cylinder: e.plant for e in study.experiments.values()}.items():
@@ -128,7 +129,20 @@ def study_notes(study: Study) -> list[str]:
                 f"{e.name}: {cause} opens the valve by {opening:.2g} V of {e.plant.valve.u_max:g} V only,"
                 f" and the piston hardly moves: check {keys}"
             )
-    return [*notes, *defaults]
+    return [*notes, *defaults, *_notes_on_levels(study)]
+
+
+def _notes_on_levels(study: Study) -> list[str]:
+    """Note on each experiment that no level of wall heat counts, if the study has levels."""
+    if not study.levels:
+        return []
+    in_levels = {name for names in study.experiments_by_level.values() for name in names}
+    return [
+        f"{name}: no level has its k_0 = {e.plant.k_0:g} W/K: averages over all experiments count it,"
+        " those of the levels do not"
+        for name, e in study.experiments.items()
+        if name not in in_levels
+    ]
 
 
 def configured_plant(study: Study, cylinder: str | None = None, k_0: float | None = None) -> Plant:

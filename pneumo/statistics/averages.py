@@ -35,10 +35,11 @@ def at_n(cells: xr.Dataset, n: xr.DataArray) -> xr.Dataset:
     return cells.sel(n=n.fillna(cells["n"][0])).where(n.notnull()).drop_vars("n")
 
 
-def over_experiments(cells: xr.Dataset, ddof: int = 1, percentiles: Any = "linear") -> xr.Dataset:
+def over_experiments(cells: xr.Dataset, ddof: int = 1, percentile_rule: Any = "linear") -> xr.Dataset:
     """Averages over experiments by model: eqs (14), (15) and (16), and 10th and 90th percentiles of the MSE.
 
-    The variance of means in eq (16) is divided by N - ddof; `percentiles` is a method of `numpy.percentile`.
+    The variance of means in eq (16) is divided by N - ddof; `percentile_rule` is a method of
+    `numpy.percentile`.
     """
     mean_error, mse = cells["mean_error"], cells["mse"]
     if not mse.sizes["experiment"]:
@@ -46,7 +47,7 @@ def over_experiments(cells: xr.Dataset, ddof: int = 1, percentiles: Any = "linea
         return xr.Dataset(dict.fromkeys(("mean_error", "std", "mse", "p10", "p90"), nothing))
     alone = mean_error.sizes["experiment"] <= ddof
     spread = np.nan if alone else mean_error.var("experiment", ddof=ddof, skipna=False)
-    tenths = mse.quantile([0.1, 0.9], "experiment", method=percentiles, skipna=False)
+    tenths = mse.quantile([0.1, 0.9], "experiment", method=percentile_rule, skipna=False)
     return xr.Dataset(
         {
             "mean_error": mean_error.mean("experiment", skipna=False),  # (15)
@@ -66,7 +67,7 @@ def along_levels(parts: Mapping[str, Labelled]) -> Labelled:
 
 
 def statistics(
-    grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int = 1, percentiles: str = "linear"
+    grid: xr.Dataset, levels: Mapping[str, Sequence[str]], ddof: int = 1, percentile_rule: str = "linear"
 ) -> xr.Dataset:
     """Tables 7, 8 and 9, from `pneumo.open_grid` and the names of the experiments of each level of wall heat.
 
@@ -77,8 +78,8 @@ def statistics(
     one, `std` is. An experiment in which every replay failed is left out and has a `failure_time`, s. A model
     that failed at some n in an experiment has no best n there, and its averages over that experiment are NaN.
 
-    The variance of means in eq (16) is divided by N - ddof. ASSUME: 1, as Tables 7 and 9 say. `percentiles`
-    is `Study.percentiles`.
+    The variance of means in eq (16) is divided by N - ddof. ASSUME: 1, as Tables 7 and 9 say.
+    `percentile_rule` is that of the `Study`.
     """
     ran = grid["mse"].notnull().any(("model", "n", "chamber"))
     failure_time = grid["failure_time"].max(("model", "n", "chamber")).where(~ran)
@@ -86,7 +87,7 @@ def statistics(
     cells = concatenated(grid)
     best = best_n(cells["mse"])
     cells = cells.sel(experiment=ran)
-    tables = {OVERALL: over_experiments(at_n(cells, best.sel(experiment=ran)), ddof, percentiles)}
+    tables = {OVERALL: over_experiments(at_n(cells, best.sel(experiment=ran)), ddof, percentile_rule)}
     constant = {OVERALL: xr.full_like(best.isel(experiment=0, drop=True), np.nan)}
     count = {OVERALL: cells.sizes["experiment"]}
     for level, names in levels.items():
@@ -96,7 +97,7 @@ def statistics(
             tables[level], constant[level] = xr.full_like(tables[OVERALL], np.nan), constant[OVERALL]
             continue
         constant[level] = best_n(part["mse"].mean("experiment", skipna=False))
-        tables[level] = over_experiments(at_n(part, constant[level]), ddof, percentiles)
+        tables[level] = over_experiments(at_n(part, constant[level]), ddof, percentile_rule)
     result = along_levels(tables)
     result["constant_n"] = along_levels(constant)
     result["constant_n"].attrs = {"units": "1", "long_name": "n of the lowest mean square error of the level"}

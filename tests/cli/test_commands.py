@@ -29,6 +29,17 @@ def test_commands_that_compute_nothing_load_no_scipy(arguments):
     assert {"typer"} == {"typer", "scipy", "xarray"} & set(done.stdout.splitlines()[-1].split())
 
 
+def test_check_names_experiments_that_no_level_of_wall_heat_counts(inside, tmp_path):
+    paper = str(ROOT / "config/paper.yaml")
+    (tmp_path / "levels.yaml").write_text("levels: {typical: [0.1]}\nrun: {experiments: [E09, E10, E13]}\n")
+    _, out, _ = inside("check", paper, "levels.yaml")
+    notes = [line for line in out.splitlines() if "no level has" in line]
+    assert notes == []  # 0.5 and 2.5 W/K are isothermal
+    (tmp_path / "levels.yaml").write_text("levels: {isothermal: [0.5]}\nrun: {experiments: [E09, E13]}\n")
+    _, out, _ = inside("check", paper, "levels.yaml")
+    assert [line.split(":")[0] for line in out.splitlines() if "no level has" in line] == ["E13"]
+
+
 def test_check_says_what_the_catalogues_conductance_is_worth_and_shows_wrong_units(inside, tmp_path):
     inside("init", "mine.yaml")
     code, out, _ = inside("check", "mine.yaml")

@@ -74,15 +74,26 @@ def test_exact_signals_lift_the_floor_under_the_ranking(results):
 
 @pytest.mark.results
 def test_tables_follow_from_the_files(results, published):
-    found = RECOMPUTE["tables"](results)
+    recomputed = RECOMPUTE["recomputed"](results)
     table_5 = xr.load_dataset(results / "settling.nc")["settling_time"]
-    assert len(found["table 5"]) == 16
-    for name, times in found["table 5"].items():
-        np.testing.assert_allclose(times, table_5.sel(experiment=name), rtol=1e-12)
-    np.testing.assert_array_equal(found["table 8"], published["best_n"])
-    for level, rows in found["tables 7 and 9"].items():
+    assert recomputed["Table 5"].shape == (16, 4)
+    np.testing.assert_allclose(recomputed["Table 5"], table_5, rtol=1e-12)
+    np.testing.assert_array_equal(recomputed["Table 8"], published["best_n"])
+    for level in published["level"].values:
+        rows = recomputed["Table 7" if level == "overall" else f"Table 9, {level}"]
         for column, name in {"mu": "mean_error", "sigma": "std", "mse": "mse"}.items():
             np.testing.assert_allclose(rows[column], published[name].sel(level=level), rtol=1e-9)
+
+
+@pytest.mark.results
+@pytest.mark.parametrize(("name", "numbers"), [("Table 7", 30), ("Table 8", 96), ("Table 9, typical", 30)])
+def test_recomputed_tables_have_the_printed_numbers_beside_them(results, name, numbers):
+    both = RECOMPUTE["beside"](
+        RECOMPUTE["recomputed"](results)[name], RECOMPUTE["printed"](name, ROOT / "paper/2006/published")
+    )
+    here, printed = (both.xs(source, axis=1, level=1) for source in ("here", "printed"))
+    assert printed.notna().to_numpy().sum() == numbers
+    assert here.shape == printed.shape
 
 
 @pytest.mark.parametrize("longest", [100, 1000])

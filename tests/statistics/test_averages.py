@@ -96,7 +96,7 @@ def test_percentiles_follow_the_rule(rule, p10, p90):
     # MATLAB's prctile(1:16, [10 90]), and a spreadsheet's PERCENTILE(1..16; 0.1).
     errors = np.sqrt(np.arange(1, 17.0))[::-1].reshape(16, 1, 1, 1, 1) * np.array([1.0, -1.0])
     errors = np.broadcast_to(errors, (16, 1, 1, 2, 2))
-    row = statistics(grid_of(errors), {}, percentiles=rule).sel(level=OVERALL, model="M1")
+    row = statistics(grid_of(errors), {}, percentile_rule=rule).sel(level=OVERALL, model="M1")
     assert [float(row[name]) for name in ("p10", "p90")] == pytest.approx([p10, p90], rel=1e-14)
 
 

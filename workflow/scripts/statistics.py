@@ -19,7 +19,7 @@ def main(parameters: Path, tables: list[Path]) -> None:
             transport=transport,
         )
         grid = open_grid(table.parent).sel(experiment=list(study.experiments))
-        averages = statistics(grid, study.experiments_by_level, percentiles=study.percentiles)
+        averages = statistics(grid, study.experiments_by_level, percentile_rule=study.percentile_rule)
         write(averages, table, about)
 
 

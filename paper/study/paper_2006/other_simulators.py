@@ -102,7 +102,7 @@ class OtherResults(StudyResults):
     def __init__(self, folder: Path, study: Study, cells: xr.Dataset, runs: dict[str, xr.Dataset]) -> None:
         super().__init__(folder, PUBLISHED)
         self.study, self.runs = study, runs
-        self.statistics = statistics(cells, study.experiments_by_level, percentiles=study.percentiles)
+        self.statistics = statistics(cells, study.experiments_by_level, percentile_rule=study.percentile_rule)
         self.cells = concatenated(cells)
 
     @cached_property
