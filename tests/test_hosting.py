@@ -25,12 +25,15 @@ def test_each_job_calls_one_make_target_that_exists(job):
     assert set(JOBS[job].get("needs", "").split()) <= set(JOBS)
 
 
-def test_version_licence_and_paper_are_the_same_everywhere():
+def test_version_description_licence_and_paper_are_the_same_everywhere():
     citation, codemeta, zenodo = map(loaded, ("CITATION.cff", "codemeta.json", ".zenodo.json"))
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     released = re.search(r"^## (\S+) - (\S+)$", changelog, re.MULTILINE)
     assert {d["version"] for d in (PROJECT, citation, codemeta, zenodo)} == {released[1]}
     assert {citation["date-released"], codemeta["datePublished"]} == {released[2]}
+    descriptions = {d["description"] for d in (PROJECT, codemeta, zenodo)} | {citation["abstract"].strip()}
+    assert len(descriptions) == 1
+    assert PROJECT["keywords"] == citation["keywords"] == codemeta["keywords"] == zenodo["keywords"]
     licences = {PROJECT["license"], citation["license"], zenodo["license"]}
     assert licences | {codemeta["license"].split("/")[-1]} == {"MIT"}
     doi, check = citation["references"][0]["doi"], loaded("codecheck.yml")
