@@ -23,6 +23,7 @@ from pneumo.fitting.fit_problem import FULL, Problem, offsets, opened, priors, w
 from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
 from pneumo.fitting.fit_warnings import disagreements, doubtful, fit_warnings, undetermined_notes
 from pneumo.fitting.fitted_parameters import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
+from pneumo.fitting.held_out import held_out_warnings
 from pneumo.fitting.least_squares import covariances, expected_shifts, remainder_shifts
 from pneumo.fitting.lights import lights
 from pneumo.fitting.position_checks import dead_volume_notes, position_shown, stop_warnings
@@ -106,6 +107,8 @@ def fit_measurement(
         judged = replace(judged, model=MODELS[next(iter(estimates))])
     best = estimates[judged.model.name]
     of_rig = stop_warnings(m, plant, known) + fit_warnings(judged, best)
+    if has_full:
+        of_rig += held_out_warnings(judged, record, best, known)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
     logarithmic = [name for name in judged.names if PARAMETERS[name].search.logarithmic]
     starts = [name for name in STARTS if any(name in fitted.values for fitted in estimates.values())]

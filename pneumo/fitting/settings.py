@@ -28,6 +28,9 @@ DISTRUST = 5.0  # times that, beyond which intervals mean nothing
 ALLOWED = 3.0  # residual over the standard deviation of what a configuration within its accuracy leaves
 OUTSIDE = 3.0  # standard deviations of its accuracy, beyond which a configured quantity is wrong
 UNLIKELY = 2.0  # factor between a fitted and the configured dead volume
+# Error of the full order on the part held out over that on the part fitted, beyond which something changed.
+# Undisturbed records, configured exactly, have at most 1.12; `ALLOWED` is for what is configured.
+CHANGED = 1.4
 EARLY = 0.1  # samples by which a valve may act before its command: no clock is better
 SURE = 2.0  # deviation of a stop over what the stated accuracies allow
 MOVED = 0.05  # of a dead volume, by which an error of the position moves it unsaid

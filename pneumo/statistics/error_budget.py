@@ -27,7 +27,7 @@ class Row(NamedTuple):
     model: str
     n: float  #: NaN for a model without n
     rms: float  #: expected: root of the mean square error over all draws; infinite where a replay failed
-    low: float  #: 95 % of the drawn cylinders have an error between low and high
+    low: float  #: 95 % of the drawn cylinders have an error between low and high; covers a measured error too
     high: float
     own: float  #: with everything as configured: what the model itself contributes
     known: Mapping[str, float] = MappingProxyType({})  #: by group, expected error if it were known
@@ -72,6 +72,7 @@ def error_budget(cells: xr.Dataset, best: Mapping[str, float]) -> Budget | None:
         others, alone = mean("mse_others"), mean("mse_alone")
         left = others / (others + (alone - alone.sel(group=NOTHING)).clip(min=0))
         left = left.dropna("group", how="all").to_pandas()  # a group that is known exactly has no cells
+    measured = cells["measured"].isel(experiment=0).to_series().dropna().to_dict()
     rows: list[Row] = []
     for name in cells["row"].values.tolist():
         mse, model = drawn[name].to_numpy(), MODELS.get(name)
@@ -82,11 +83,13 @@ def error_budget(cells: xr.Dataset, best: Mapping[str, float]) -> Budget | None:
             row = row._replace(stroke=_root(mean("mse_stroke").sel(row=name)))
         if np.isfinite(mse.mean()):
             low, high = np.quantile(mse, TAILS, method="weibull") ** 0.5  # holds a further draw with 95 %
+            low, high = (
+                float(end(limit, measured.get(name, limit))) for end, limit in ((min, low), (max, high))
+            )
             known = {} if left is None else (mse.mean() * left[name]) ** 0.5
-            row = row._replace(rms=_root(mse.mean()), low=float(low), high=float(high), known=dict(known))
+            row = row._replace(rms=_root(mse.mean()), low=low, high=high, known=dict(known))
         rows.append(row)
     rows.sort(key=lambda row: row.rms)
-    measured = cells["measured"].isel(experiment=0).to_series().dropna().to_dict()
     groups: list[str] = [] if left is None else left.index.tolist()
     budget = Budget(tuple(rows), (), measured)
     return budget._replace(groups=tuple(sorted(groups, key=budget.lowest_if_known)))

@@ -9,9 +9,9 @@ import pytest
 from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo import simulate
-from pneumo.configuration.parameters import DEAD_FRACTION, load, study
+from pneumo.configuration.parameters import DEAD_FRACTION, accuracy, load, study
 from pneumo.errors import InputError
-from pneumo.fitting.estimate import estimate, split_of
+from pneumo.fitting.estimate import estimate, prediction, split_of
 from pneumo.fitting.fit_problem import FULL, LIMITS, Prior, Problem
 from pneumo.fitting.fit_result import Estimate, equally_good
 from pneumo.fitting.fit_warnings import (
@@ -22,6 +22,7 @@ from pneumo.fitting.fit_warnings import (
     undetermined_notes,
 )
 from pneumo.fitting.fitted_parameters import CHOICES, REPORTED
+from pneumo.fitting.held_out import held_out_warnings
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement
@@ -47,11 +48,14 @@ def plant(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def sound(plant):
-    m = measured(RIG._replace(lag=3e-3, null=0.1))
-    signals = stage_signals(m, plant)
-    problem = Problem(FULL, plant, signals.part(0, split_of(signals)), {})
-    return problem, estimate(problem, signals)
+def whole(plant):
+    return stage_signals(measured(RIG._replace(lag=3e-3, null=0.1)), plant)
+
+
+@pytest.fixture(scope="module")
+def sound(whole, plant):
+    problem = Problem(FULL, plant, whole.part(0, split_of(whole)), {})
+    return problem, estimate(problem, whole)
 
 
 def assert_near(truth, estimates, widest=0.2):
@@ -113,6 +117,46 @@ def test_what_is_configured_is_doubted_where_the_record_is_sure_that_it_is_not(s
     )
     texts = configured_warnings(with_prior, found._replace(values=values, low=low, high=high))
     assert len(texts) == doubted and all("--also P_s" in text for text in texts)
+
+
+SPLIT = 3000  # of 5000 samples
+
+
+def held_out_texts(problem, record, found):
+    """Warnings where the record differs on the part held out, which is predicted again."""
+    P, held_out = prediction(FULL, problem.plant, record.part(SPLIT, 5000), found.values)
+    pressure = np.concatenate([found.pressure[:, :SPLIT], P], axis=1)
+    changed = found._replace(held_out=held_out, pressure=pressure)
+    return held_out_warnings(problem, record, changed, accuracy())
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (lambda P: P, ""),
+        (lambda P: P + 600.0 * (np.arange(len(P)) > 3900), ""),  # below what a record may show
+        (lambda P: P + 9e3 * (np.abs(np.arange(len(P)) - 3950) < 150), "from t = 3.8 to 4.1 s"),
+        (lambda P: np.where(np.arange(len(P)) < 4200, P, P[4200]), "from t = 4.2 s on"),  # stops
+        (lambda P: np.where(np.arange(len(P)) < SPLIT, P, P - 5e3), "from t = 3 s on"),
+    ],
+)
+def test_a_part_held_out_that_differs_is_named_with_chamber_and_time(sound, whole, changed, said):
+    problem, found = sound
+    record = whole._replace(P=np.stack([whole.P[0], changed(whole.P[1])]))
+    texts = held_out_texts(problem, record, found)
+    assert len(texts) == bool(said)
+    if said:
+        assert "P_B is off by" in texts[0] and "P_A" not in texts[0] and said in texts[0]
+
+
+def test_a_part_held_out_that_differs_concerns_the_parameters_that_it_moves(sound, whole):
+    problem, found = sound
+    values = found.values | {"V_d_A": 1.4 * found.values["V_d_A"]}
+    P, _ = prediction(FULL, problem.plant, whole.part(SPLIT, 5000), values)
+    noise = np.random.default_rng(4).normal(0.0, 1e3, P.shape)
+    record = whole._replace(P=np.concatenate([whole.P[:, :SPLIT], P + noise], axis=1))
+    (text,) = held_out_texts(problem, record, found)
+    assert "V_d_A" in text.parameters and "V_d_B" not in text.parameters
 
 
 def test_vague_intervals_are_noted(sound):

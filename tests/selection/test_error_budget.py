@@ -186,7 +186,11 @@ def test_the_cheapest_within_a_tenth_of_the_lowest_is_chosen():
 
 
 def test_a_measurement_decides_before_the_simulation():
+    simulated = answered(made())
     answer = answered(made(measured={"M6": 1000.0, "M8": 2000.0, FULL_ORDER: 3000.0}))
+    for row, error in ((answer.budget.row(name), error) for name, error in answer.budget.measured.items()):
+        before = simulated.budget.row(row.model)
+        assert (row.low, row.high) == (min(before.low, error), max(before.high, error))
     assert answer.chosen == "M6" and "believe the measurement" in answer.reason
 
 
