@@ -414,8 +414,9 @@ def fit(
         raise InputError(f"part = {part:g}: must lie between {PARTS[0]:g} and {PARTS[1]:g}")
     configuration = _configuration(configuration)
     configured = in_SI(configuration)
-    plant = configured_plant(configured, cylinder, 1.0)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
+    k_0 = next((e.plant.k_0 for e in configured.experiments.values() if e.cylinder == named), 1.0)
+    plant = configured_plant(configured, cylinder, k_0)
     records = [
         read_record(file, configuration, cylinder, columns=columns, x_from=x_from, closed=closed)
         for file in ([record] if isinstance(record, Path | str | pd.DataFrame | xr.Dataset) else record)

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import chi2
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
@@ -16,11 +17,12 @@ from pneumo.fitting.least_squares import (
     correlation,
     covariances,
     expected_shifts,
+    inverse_curvature,
     parameter_interval,
     remainder_shifts,
 )
 from pneumo.fitting.residuals import residuals
-from pneumo.fitting.settings import MOST_STEPS, PART
+from pneumo.fitting.settings import LEVEL, MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.wall_laws import likelihoods, wall_law_fits
 from pneumo.physics.models import Model, Wall
@@ -81,6 +83,13 @@ def estimate(
         if PARAMETERS[name].group == "dead volume" and np.isfinite(ends[1]):  # it is never negative
             ends = max(ends[0], problem.bounds()[0, i]), ends[1]
         low[name], high[name] = (scales[name].si(end) if np.isfinite(end) else np.nan for end in ends)
+    held: Mapping[str, float] = {}
+    if reference is None:
+        held, values = as_configured(problem, best, low, high, both)
+        averaged_theta += problem.inner(values) - best.theta
+        fitted = replayed_pressures(problem, problem.inner(values)[None])[0]
+        low |= {name: min(end, values[name]) for name, end in low.items() if np.isfinite(end)}
+        high |= {name: max(end, values[name]) for name, end in high.items() if np.isfinite(end)}
     predicted, held_out = prediction(model, plant, record.part(split, record.P.shape[1] - 1), values)
 
     def named(row: np.ndarray) -> dict[str, float]:
@@ -94,18 +103,52 @@ def estimate(
         held_out=held_out,
         pressure=np.concatenate([fitted[:, :-1], predicted], axis=1),
         moved={
-            name: np.array([scales[name].si(end) - values[name] for end in ends])
-            for name, ends in zip(problem.names, (best.theta + moved).T, strict=True)
+            name: np.array([scales[name].si(end) for end in ends]) - scales[name].si(at)
+            for name, at, ends in zip(problem.names, best.theta, (best.theta + moved).T, strict=True)
         },
         remainder=named(remainder_shifts(nearest)),
         expected=named(expected_shifts(both[0])),
         correlation=dict(zip(problem.names, map(named, correlation(both)), strict=True)),
         of_configuration=plant.conditions.P_s * misfit,
-        at_bound=problem.at_bound(best.theta),
+        at_bound=problem.at_bound(problem.inner(values)),
+        held=tuple(held),
         offsets=sensor_offsets(problem, best, changes) if model is FULL else {},
-        averaged=problem.values(averaged_theta) if model is FULL else {},
+        averaged={**problem.values(averaged_theta), **held} if model is FULL else {},
         laws={law: float(weight) for law, weight in zip(by_law, weights, strict=True)},
     )
+
+
+def as_configured(
+    problem: Problem,
+    best: Solution,
+    low: Mapping[str, float],
+    high: Mapping[str, float],
+    both: np.ndarray,
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Parameters that stay as configured, and all parameters with the others fitted again, SI units.
+
+    Those stay whose interval is open and contains the configured value, and those of the valve's dynamics,
+    leaks and the like that may be zero, as zero: `fitted.yaml` leaves these out. Where that adds more to the
+    sum of squares than their joint 95 % region allows, the last of them are fitted. `both` is from
+    `covariances`.
+    """
+    configured = problem.values(problem.guess()) | {"k_0": problem.plant.k_0}
+    held, allowed, inverse = dict[str, float](), 0.0, inverse_curvature(best)
+    for i, name in enumerate(problem.names):
+        ends = np.array([low.get(name, np.nan), high.get(name, np.nan)])
+        may_be_zero = PARAMETERS[name].group == "valve" or PARAMETERS[name].search.low == 0
+        value = 0.0 if may_be_zero else configured[name]
+        left_open = may_be_zero or (PARAMETERS[name].key and np.isnan(ends).any())
+        if name in low and left_open and not ends[0] > value and not ends[1] < value:
+            held[name] = value
+            allowed = max(allowed, both[:, i, i].max() / inverse[i, i])
+    while held:
+        rest = replace(problem, fixed={**problem.fixed, **held})
+        found = fit(rest, start=rest.inner(problem.values(best.theta)))
+        if found.squares - best.squares <= chi2.ppf(LEVEL, len(held)) * allowed:
+            return held, rest.values(found.theta)
+        held.popitem()
+    return {}, problem.values(best.theta)
 
 
 def prediction(

@@ -56,6 +56,7 @@ class Estimate(NamedTuple):
         0.0  # Pa, standard deviation of the residual by what is configured, within its accuracy
     )
     at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
+    held: tuple[str, ...] = ()  # parameters that the record leaves open: as configured, the others fitted so
     offsets: Mapping[str, Any] = MappingProxyType({})  # `SensorOffset`, by the cause's name
     averaged: Mapping[str, float] = MappingProxyType({})  # where laws of the wall are averaged: their means
     laws: Mapping[Wall, float] = MappingProxyType({})  # weights of these laws
@@ -162,6 +163,13 @@ class FitResult:
             for name, interval in self.estimates(model).items()
         }
 
+    def held(self, model: str) -> set[str]:
+        """Parameters of a model that the record leaves open: as configured, with the others fitted so."""
+        if "held" not in self.data:
+            return set()
+        marked = self.data["held"].sel(model=model)
+        return {*self.data["parameter"].values[marked.values == 1].tolist()}
+
     def correlation(self, model: str) -> pd.DataFrame:
         """Correlation of a model's parameters, by their names."""
         table = self.data["correlation"].sel(model=model).values
@@ -237,7 +245,10 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
         "low": ("low", "lower end of the 95 per cent interval, in parameter_unit; NaN where open"),
         "high": ("high", "upper end of the 95 per cent interval, in parameter_unit; NaN where open"),
     }
-    on_bounds = np.array([[np.int8(p in e.at_bound) for p in parameters] for e in every])
+
+    def marks(field: str) -> np.ndarray:
+        return np.array([[np.int8(p in getattr(e, field)) for p in parameters] for e in every])
+
     data = xr.Dataset(
         {
             **{
@@ -246,7 +257,8 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
             },
             "rms_fitted": errors("rms", "fitted"),
             "rms_held_out": errors("held_out", "held out"),
-            "at_bound": (by_parameter, on_bounds, {"long_name": "whether it is on a bound of the search"}),
+            "at_bound": (by_parameter, marks("at_bound"), {"long_name": "1: on a bound of the search"}),
+            "held": (by_parameter, marks("held"), {"long_name": "1: as configured, the others fitted so"}),
             "pressure": (("model", "chamber", "t"), np.array([e.pressure for e in every])),
         },
         coords={

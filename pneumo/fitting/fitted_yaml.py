@@ -41,12 +41,6 @@ def _line(name: str, interval: Interval) -> str:
     return f"{quantity.heading} = {_text(interval.scaled(quantity.factor))} {quantity.shown_unit}".rstrip()
 
 
-def _at_most(name: str, interval: Interval) -> bool:
-    """Whether a parameter whose search begins at zero has an upper end alone: it may be zero."""
-    from_zero = name in PARAMETERS and PARAMETERS[name].search.low == 0
-    return bool(from_zero and np.isnan(interval.low) and np.isfinite(interval.high))
-
-
 def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
@@ -61,10 +55,11 @@ def fitted_configuration(
 ) -> str:
     """Text of a configuration of one cylinder with the parameters of `fit.model_of_rig`.
 
-    Parameters have the values of that model's replays. Keys are those that the user gave, and those of fitted
-    parameters. A parameter with an open interval stays as configured, and a comment says so; a lag or dead
-    band that may be zero is left out. Another comment has the options that export the best reduced model. Of
-    experiments that differed only in k_0, the first of each loop and signal is kept.
+    Parameters have the values of that model's replays, which are one solution: those that the fit held as
+    configured stay so, or are left out if they belong to a lag, null or dead band of zero, and a comment says
+    so. Keys are those that the user gave, and those of fitted parameters. Another comment has the options
+    that export the best reduced model. Of experiments that differed only in k_0, the first of each loop and
+    signal is kept.
 
     Parameters
     ----------
@@ -76,6 +71,7 @@ def fitted_configuration(
     content = configuration.model_dump(exclude_unset=True)
     rig, notes = fit.model_of_rig, list[str]()
     estimates = fit.replayed(rig)
+    held = [name for name in estimates if name in fit.held(rig)]
     section = content["cylinders"][cylinder]
     if np.isfinite(measured.T):
         content["supply"] |= {"T_amb_K": _rounded(measured.T), "T_in_K": _rounded(measured.T)}
@@ -83,22 +79,21 @@ def fitted_configuration(
     if measured.P_s is not None:
         content["supply"]["P_s_Pa"] = _rounded(measured.P_s.mean())
         notes.append(f"supply = {measured.P_s.mean() / 1e3:.4g} kPa, the mean of its record")
-    known = {
-        name: interval for name, interval in estimates.items() if interval.known or _at_most(name, interval)
-    }
-    notes += _put_values(content, section, known, plant, fit)
-    _put_valves(section, configuration.cylinders[cylinder], known, plant)
-    if "valve" in section and known.keys() >= {*CURVE}:
-        curve = {name: known[name].value for name in CURVE}
+    written = {name: interval for name, interval in estimates.items() if name not in held}
+    notes += _put_values(content, section, written, plant, fit)
+    _put_valves(section, configuration.cylinders[cylinder], written, plant)
+    if "valve" in section and written.keys() >= {*CURVE}:
+        curve = {name: written[name].value for name in CURVE}
         section["valve"] = _with_curve(section["valve"], curve, fit, plant)
-    section["fitted"] = _fitted_section(fit, known, uncertainties(configuration)[cylinder])
-    unknown = [
-        _line(name, interval) for name, interval in estimates.items() if name in KEYS and name not in known
-    ]
-    if unknown:
-        notes.append(f"not determined by the record, so as configured: {', '.join(unknown)}")
+    section["fitted"] = _fitted_section(fit, estimates, uncertainties(configuration)[cylinder])
+    zero = [_line(name, estimates[name]) for name in held if estimates[name].value == 0]
+    kept = [_line(name, estimates[name]) for name in held if estimates[name].value != 0]
+    if kept:
+        notes.append(f"not determined by the record, so as configured: {', '.join(kept)}")
+    if zero:
+        notes.append(f"may be zero, and taken so: {', '.join(zero)}")
     content["cylinders"] = {cylinder: section}
-    content["experiments"] = _experiments(content, configuration, cylinder, known.get("k_0"))
+    content["experiments"] = _experiments(content, configuration, cylinder, written.get("k_0"))
     content["run"] = content.get("run", {}) | {"experiments": list(content["experiments"])}
     content.pop("levels", None)
     content["name"] = content["name"][: LONGEST_NAME - len(SUFFIX)] + SUFFIX
@@ -132,25 +127,25 @@ def _best_model_lines(fit: FitResult) -> list[str]:
 
 
 def _put_values(
-    content: dict[str, Any], section: dict[str, Any], known: dict[str, Interval], plant: Plant, fit: FitResult
+    content: dict[str, Any],
+    section: dict[str, Any],
+    written: dict[str, Interval],
+    plant: Plant,
+    fit: FitResult,
 ) -> list[str]:
     """Put the fitted values, except k_0, under their keys of the configuration; return notes on them."""
     period = float(np.diff(fit.data["t"].values[:2]).item())
-    end = largest_command(fit.fitted_commands, plant) if known.keys() >= {*CURVE} else plant.valve.u_max
+    end = largest_command(fit.fitted_commands, plant) if written.keys() >= {*CURVE} else plant.valve.u_max
     sections = {"supply": content["supply"], "cylinders": section}
     dynamics = sections[DYNAMICS] = section.pop("valve_dynamics", {})
     dead_volumes = of_group("dead volume")
-    if known.keys() & {*dead_volumes}:  # else one key could change both chambers
+    if written.keys() & {*dead_volumes}:  # else one key could change both chambers
         section |= {KEYS[name][1]: getattr(plant.cylinder, name) for name in dead_volumes}
+    for name in fit.held(fit.model_of_rig):
+        dynamics.pop(KEYS.get(name, ("", ""))[1], None)
     notes, without = list[str](), list[str]()
-    for name in (name for name in NOTED if name in known):
-        interval, (path, key), note = known[name], KEYS.get(name, ("", "")), _line(name, known[name])
-        if _at_most(name, interval):
-            heading, shown = QUANTITIES[name].heading, interval.scaled(QUANTITIES[name].factor)
-            ends = f"{shown.ends_text('.4g')} {QUANTITIES[name].shown_unit}".rstrip()
-            notes.append(f"{heading}: {ends}, none written")
-            dynamics.pop(key, None)
-            continue
+    for name in (name for name in NOTED if name in written):
+        interval, (path, key), note = written[name], KEYS.get(name, ("", "")), _line(name, written[name])
         if name == "k_xu" and "valve" in section:
             path = "cylinders.valve"
             if "curve" in section["valve"]:
@@ -163,7 +158,7 @@ def _put_values(
             continue  # see `_put_valves`
         # No valve acts before its command: less than a sample is the clock's.
         early = name == "dead_time" and -period < interval.value < 0
-        if path == DYNAMICS and (early or interval.low <= 0 <= interval.high):
+        if path == DYNAMICS and early:
             dynamics.pop(key, None)
         elif (target := sections.get(path)) is not None:
             target[key] = _rounded(interval.value)
@@ -175,10 +170,10 @@ def _put_values(
 
 
 def _put_valves(
-    section: dict[str, Any], before: CylinderSection, known: dict[str, Interval], plant: Plant
+    section: dict[str, Any], before: CylinderSection, written: dict[str, Interval], plant: Plant
 ) -> None:
     """Put fitted flows and b into the valves; those of both chambers change by the same factors."""
-    fitted = {name: known[name].value for name in ("k_xu", "exhaust", "b") if name in known}
+    fitted = {name: written[name].value for name in ("k_xu", "exhaust", "b") if name in written}
     for key in section.keys() & {"valve", "valve_B"}:
         changed, curve, valve = section[key], section[key].get("curve"), getattr(before, key)
         flow = fitted.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu
@@ -212,25 +207,25 @@ def _with_curve(
     return rest | {"curve": {key: [_rounded(x) for x in column] for key, column in columns.items()}}
 
 
-def _fitted_section(fit: FitResult, known: dict[str, Interval], before: Uncertain) -> dict[str, Any]:
+def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Uncertain) -> dict[str, Any]:
     """Joint covariance of the fitted quantities, and each model's error on the part held out, for a study.
 
-    Where one dead volume alone is `known`, the other is as uncertain as `before`, though a key states it.
+    An interval without ends, or of a parameter held as configured, says nothing: that one is as uncertain as
+    `before`.
     """
     rig, deviations = fit.model_of_rig, dict[str, float]()
-    for name, (value, low, high) in known.items():
-        quantity = UNCERTAIN.get(UNCERTAIN_NAMES.get(name, name))
-        if quantity and known[name].known:
-            ends = (
-                np.log([low / value, high / value]) if quantity.logarithmic else [low - value, high - value]
-            )
-            deviations[name] = np.max(np.abs(ends)) / SIGMAS  # draws are symmetric, and cover both ends
-    dead_volumes = of_group("dead volume")
     related = fit.correlation(rig) if "correlation" in fit.data else pd.DataFrame()
-    if deviations.keys() & {*dead_volumes}:
-        for name in (name for name in dead_volumes if name not in deviations):
-            deviations[name] = before.half_width(name) / SIGMAS
-            related = related.drop(index=name, columns=name, errors="ignore")
+    for name, (value, low, high) in estimates.items():
+        known_as = UNCERTAIN_NAMES.get(name, name)
+        if known_as not in UNCERTAIN:
+            continue
+        ends = np.array([low, high])
+        if name in fit.held(rig) or np.isnan(ends).all():
+            if known_as in before.names:
+                deviations[name] = before.half_width(known_as) / SIGMAS
+            continue
+        away = np.log(ends / value) if UNCERTAIN[known_as].logarithmic else ends - value
+        deviations[name] = np.nanmax(np.abs(away)) / SIGMAS  # draws are symmetric, and cover both ends
     names, widths = list(deviations), np.array(list(deviations.values()))
     correlation = related.reindex(index=names, columns=names).fillna(0.0).to_numpy(copy=True)
     np.fill_diagonal(correlation, 1.0)

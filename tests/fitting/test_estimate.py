@@ -1,5 +1,7 @@
 """Fits: exact signals give the truth back, derivatives are right, intervals hold or are open."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic_records import synthetic_record
@@ -7,7 +9,7 @@ from synthetic_records import synthetic_record
 from pneumo.configuration.parameters import accuracy, load, study
 from pneumo.fitting.estimate import estimate, split_of
 from pneumo.fitting.fit_problem import FULL, Problem, fit, replayed_pressures, settled
-from pneumo.fitting.least_squares import covariances, expected_shifts
+from pneumo.fitting.least_squares import covariances, expected_shifts, squares_at
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.physics.models import MODELS
@@ -74,6 +76,23 @@ def test_intervals_of_dead_volumes_hold_if_the_zero_of_x_is_off(tmp_path, zero):
     found = estimate(problem, record, intervals=truth, known=accuracy(position_shown=False))
     for name, volume in truth.items():
         assert found.low[name] < volume < found.high[name], name
+
+
+def test_what_a_record_leaves_open_is_as_configured_with_the_rest_fitted_so(tmp_path):
+    write_template(tmp_path / "rig.yaml")
+    configured = configured_plant(study(load(tmp_path / "rig.yaml")))
+    configured = configured._replace(k_0=0.3)
+    run = simulate(configured, 1e-3, command=3.0 * np.sign(np.cos(np.arange(120) / 20)))
+    P = np.array([run.P_A, run.P_B]) + np.random.default_rng(1).normal(0.0, 8e3, (2, len(run.t)))
+    record = stage_signals(Measurement("m", 1e-3, run.u, run.x, P), configured)
+    problem = Problem(FULL, configured, record.part(0, split_of(record)), {})
+    found = estimate(problem, record, intervals=("k_0", "k_xu", "lag"))
+    assert {*found.held} == {"k_0", "lag"} and not found.values["lag"]
+    assert found.values["k_0"] == configured.k_0
+    rest = replace(problem, fixed={name: found.values[name] for name in found.held})
+    best, own = fit(rest, tolerance=1e-7), squares_at(rest, rest.inner(found.values))
+    assert own < best.squares * 1.001
+    assert found.low["k_xu"] <= found.values["k_xu"] <= found.high["k_xu"]
 
 
 def test_exact_signals_have_no_error_in_the_part_held_out(known):

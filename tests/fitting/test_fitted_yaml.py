@@ -24,13 +24,13 @@ SAMPLES = 200
 VALUES = {"n": 1.312345678, "k_0": 0.4512345678, "k_xu": 8.9e-7, "V_d_A": 9e-6, "V_d_B": 11e-6}
 
 
-def found(values=VALUES, model="M8", full=None, also=(), **open_ends):
+def found(values=VALUES, model="M8", full=None, also=(), held=(), **open_ends):
     """Result of a fit with these values, within 10 per cent; other ends by name; `full` is put first."""
     P = np.full((2, SAMPLES), 4e5)
     m = Measurement("bench.csv", 1e-3, np.ones(SAMPLES), np.zeros(SAMPLES), P)
     low, high = ({name: factor * value for name, value in values.items()} for factor in (0.9, 1.1))
     low |= open_ends
-    one = Estimate(values, low, high, np.full(2, 900.0), np.array([1000.0, 1400.0]), P)
+    one = Estimate(values, low, high, np.full(2, 900.0), np.array([1000.0, 1400.0]), P, held=held)
     worse = Estimate({"n": 1.0}, {}, {}, np.full(2, 9e3), np.full(2, 9e3), P)
     fits = {}
     if full is not None:
@@ -124,7 +124,7 @@ def test_flows_of_a_valve_are_those_of_the_fit_however_it_is_given(valves, tmp_p
 
 def test_what_the_record_does_not_determine_stays_and_is_said(mine, tmp_path):
     before = study(load(TEMPLATE)).experiments["open"].plant
-    text = written(found(k_0=np.nan, V_d_B=np.nan), "mine", mine, TEMPLATE)
+    text = written(found(held=("k_0", "V_d_B"), k_0=np.nan, V_d_B=np.nan), "mine", mine, TEMPLATE)
     after = read(text, tmp_path)[1].experiments["open"].plant
     assert after.k_0 == default_conductance(after.cylinder).k_0
     assert after.cylinder == before.cylinder._replace(V_d_A=9e-6)
@@ -140,7 +140,8 @@ def test_what_the_record_does_not_determine_stays_and_is_said(mine, tmp_path):
 def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment(mine, tmp_path):
     rig = {"k_0": 0.8, "k_xu": 9.5e-7, "V_d_A": 7e-6, "V_d_B": 7e-6, "lag": 2e-3}
     low, high = ({name: factor * value for name, value in rig.items()} for factor in (0.9, 1.1))
-    full = Estimate(rig, low | {"lag": np.nan}, high, *[np.zeros(2)] * 3)
+    full = Estimate(rig, low | {"lag": np.nan}, high, *[np.zeros(2)] * 3, held=("lag",))
+    full = full._replace(values=rig | {"lag": 0.0})
     text = written(found(full=full), "mine", mine, TEMPLATE)
     plant = configured_plant(read(text, tmp_path)[1])
     assert (plant.k_0, plant.cylinder.V_d_A, plant.cylinder.V_d_B) == pytest.approx((0.8, 7e-6, 7e-6))
@@ -148,7 +149,7 @@ def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment
     head = text.partition("name:")[0]
     assert "bench.csv by full, which is off by 0.3 kPa" in head and "M8, off by 1.22 kPa" in head
     assert "n = 1.312 (1.181 to 1.444), k_0 = 0.4512 (0.4061 to 0.4964)" in head
-    assert "M8 --n 1.31235 --k0 0.451235" in head and "lag: at most 2.2 ms, none written" in head
+    assert "M8 --n 1.31235 --k0 0.451235" in head and "taken so: lag = 0 (at most 2.2) ms" in head
     # A full order that leaves more than noise has no intervals: then the best model's stand.
     text = written(found(full=full._replace(low={}, high={})), "mine", mine, TEMPLATE)
     assert configured_plant(read(text, tmp_path)[1]).k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
@@ -164,7 +165,7 @@ def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_p
     assert known.half_width("k_0") < uncertainties(load(TEMPLATE))["mine"].half_width("k_0")
     assert set(known.measured) == {*fit.models}
     # An open end says nothing: limits remain, those of a dead volume beside a known one too.
-    text = written(found(k_0=np.nan, V_d_B=np.nan), "mine", mine, TEMPLATE)
+    text = written(found(held=("k_0", "V_d_B"), k_0=np.nan, V_d_B=np.nan), "mine", mine, TEMPLATE)
     unknown, before = (uncertainties(c)["mine"] for c in (read(text, tmp_path)[0], load(TEMPLATE)))
     for name in ("k_0", "V_d_B"):
         assert unknown.half_width(name) == pytest.approx(before.half_width(name), rel=1e-3)
@@ -203,23 +204,16 @@ def test_what_was_fitted_too_goes_into_its_key_or_is_said_and_shown(mine, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("name", "ends", "kept"),
+    ("name", "value", "kept"),
     [
-        ("lag", (0.0, 5e-4), False),
-        ("lag", (1e-6, 5e-4), True),
-        ("null", (-0.1, 0.3), False),
-        ("null", (-0.3, -0.1), True),
-        ("null", (-0.3, 0.0), False),
-        ("dead_time", (-2e-4, 5e-4), False),
-        ("dead_time", (-0.28e-3, -0.22e-3), False),  # less than a sample of 1 ms
-        ("dead_time", (0.22e-3, 0.28e-3), True),
-        ("dead_time", (np.nan, 5e-4), False),  # it may be negative, so an upper end says little
+        *(("lag", 0.0, False), ("lag", 5e-4, True), ("null", 0.0, False), ("null", -0.2, True)),
+        *(("dead_time", 0.0, False), ("dead_time", 0.25e-3, True)),
+        ("dead_time", -0.25e-3, False),  # less than a sample of 1 ms
     ],
 )
-def test_a_valves_parameter_is_written_unless_it_may_be_zero_or_is_the_clocks(
-    mine, tmp_path, name, ends, kept
-):
-    low, high = (VALUES | {name: end} for end in ends)
-    full = Estimate(VALUES | {name: np.nanmean(ends)}, low, high, *[np.zeros(2)] * 3)
+def test_a_valves_parameter_is_written_unless_it_is_zero_or_the_clocks(mine, tmp_path, name, value, kept):
+    low, high = (VALUES | {name: value - 1e-4}, VALUES | {name: value + 1e-4})
+    held = () if value else (name,)
+    full = Estimate(VALUES | {name: value}, low, high, *[np.zeros(2)] * 3, held=held)
     section = read(written(found(full=full), "mine", mine, TEMPLATE), tmp_path)[0].cylinders["mine"]
     assert (section.valve_dynamics is not None) == kept
