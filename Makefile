@@ -173,6 +173,12 @@ clean:  ## remove results, documentation and caches, keep .venv
 	sed -n '/^uv==/,/[^\]$$/p' requirements.lock > .venv/uv.lock
 	"$$base" -m pip --python .venv/bin/python install --quiet --disable-pip-version-check --require-hashes -r .venv/uv.lock
 	$(call install,requirements.lock)
+	compiler=$$(.venv/bin/python -c "from build_backend import missing; print(*missing())")
+	if [ -n "$$compiler" ]; then
+	    echo "== no C compiler found: installing $$compiler (0.4 GB on disk)"
+	    .venv/bin/uv pip install --quiet --python .venv/bin/python "$$compiler" || \
+	        "$$base" -m pip --python .venv/bin/python install --quiet --disable-pip-version-check "$$compiler"
+	fi
 	echo "== set-up 3/3: pneumo itself, editable"
 	.venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --no-build-isolation --editable .
 	touch $@

@@ -1,12 +1,21 @@
 """Compile the core; all else about the package is in pyproject.toml."""
 
+import os
+
 from setuptools import setup
 from setuptools.command.build_ext import build_ext
 from setuptools.errors import CompileError
 
+from build_backend import compiler
+
 
 class BuildCore(build_ext):
     """Build the extension, or say in one line what is missing."""
+
+    def run(self):
+        if os.name != "nt":
+            os.environ["CC"] = compiler() or "cc"
+        super().run()
 
     def build_extension(self, ext):
         if self.compiler.compiler_type == "msvc":

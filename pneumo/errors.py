@@ -40,6 +40,10 @@ class ResultError(PneumoError, ValueError):
     """Results file that is missing, damaged or from another study."""
 
 
+class InstallationError(PneumoError, ImportError):
+    """Checkout whose core is not compiled."""
+
+
 def printable(text: str, longest: int = 80) -> str:
     """Return a text as one line without control characters, shortened in the middle to `longest`."""
     text = text if len(text) <= longest else f"{text[: longest - 20]}...{text[-17:]}"

@@ -29,6 +29,20 @@ def test_import_loads_neither_numpy_nor_xarray_and_errors_have_one_base():
     assert len(errors) == 5 and all(issubclass(error, pneumo.PneumoError) for error in errors)
 
 
+POSIX = """
+import sys
+sys.modules |= dict.fromkeys(["fcntl", "grp", "pwd", "resource", "syslog", "termios", "tty"])
+import pkgutil, importlib, pneumo
+for module in pkgutil.walk_packages(pneumo.__path__, "pneumo."):
+    importlib.import_module(module.name)
+"""
+
+
+def test_every_module_is_imported_without_the_modules_that_windows_has_not(tmp_path):
+    done = subprocess.run([sys.executable, "-c", POSIX], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def test_hardly_anything_is_imported_before_ctrl_c_is_one_line():
     code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import pneumo.cli; print('typing' in sys.modules)"
     bare = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, check=True)

@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 
 import pytest
 from checkout import ROOT
@@ -45,3 +46,20 @@ def test_a_path_may_have_quotes_and_spaces(tmp_path):
     (folder / ".venv/.study").touch()
     done = make(folder, "reproduce", "JOBS=3")
     assert f"{folder}/.venv: -j3" in done.stdout.splitlines(), done.stderr
+
+
+def test_zigs_compiler_is_required_only_where_none_is_found(tmp_path):
+    code = "from build_backend import missing; print(*missing())"
+
+    def required(**environment):
+        command = [sys.executable, "-c", code]
+        return subprocess.check_output(command, cwd=ROOT, env=environment, text=True).strip()
+
+    compiler = tmp_path / "cc"
+    assert required(PATH=str(tmp_path)).startswith("ziglang")
+    compiler.write_text("#!/bin/sh\nexit 1\n")  # as on a Mac without developer tools
+    compiler.chmod(0o755)
+    assert required(PATH=str(tmp_path)).startswith("ziglang")
+    assert required(PATH=str(tmp_path), CC="mycc") == ""
+    compiler.write_text("#!/bin/sh\nexit 0\n")
+    assert required(PATH=str(tmp_path)) == ""

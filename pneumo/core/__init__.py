@@ -5,12 +5,37 @@ and named tuples through `array`, `out` and `struct`, which refuse what the C co
 releases Python's lock.
 """
 
+import sys
+from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from pneumo.core import _core  # pyright: ignore[reportAttributeAccessIssue]
+from pneumo.errors import InstallationError
+
+HERE = Path(__file__).parent
+
+
+def _compiled_elsewhere() -> str:
+    """Folder of an installed core with the same sources, for a checkout that has none of its own.
+
+    `pip install .` compiles it there, but Python that starts in a checkout imports the `pneumo` of that.
+    """
+    sources = {file.name: file.read_bytes() for file in (*HERE.glob("*.[ch]"), HERE / "build.py")}
+    for folder in (Path(place, "pneumo/core") for place in sys.path):
+        files = {name: folder / name for name in sources}
+        same = (file.is_file() and file.read_bytes() == sources[name] for name, file in files.items())
+        if any(folder.glob("_core.*")) and all(same):
+            return str(folder)
+    raise InstallationError(
+        f"{HERE.parents[1]}: pneumo's core is not compiled here; type `pip install -e .` in this folder"
+    )
+
+
+if not any(HERE.glob("_core.*")):
+    __path__.append(_compiled_elsewhere())
+from pneumo.core import _core  # noqa: E402 # pyright: ignore[reportAttributeAccessIssue]
 
 __all__ = ["array", "ffi", "keep", "lib", "out", "rows", "struct", "whole", "zeroed"]
 

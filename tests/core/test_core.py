@@ -2,10 +2,13 @@
 
 import math
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from checkout import ROOT, copy_checkout
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
@@ -209,3 +212,25 @@ def test_a_run_halves_the_steps_whose_error_is_too_large_on_its_own_scale_and_no
         largest[k] = error.max() if np.isfinite(error).all() and (end[2:] > 0).all() else np.inf
     clear, halved = abs(largest / 1e-4 - 1) > 1e-6, r.halvings > 0
     assert np.array_equal(halved[clear], (largest > 1e-4)[clear]) and halved.any() and not halved.all()
+
+
+@pytest.mark.parametrize("edited", [False, True])
+def test_a_checkout_takes_an_installed_core_of_the_same_sources_or_says_how_to_compile_one(edited, tmp_path):
+    """`pip install .` compiles none in the checkout, whose `pneumo` Python imports when it starts there."""
+    folder = copy_checkout(tmp_path / "checkout")
+    for compiled in folder.glob("pneumo/core/_core*"):
+        compiled.unlink()
+    if edited:
+        (folder / "pneumo/core/rates.h").write_text("/* another core */")
+    code = "import pneumo.core as core; print(core.__file__, core.lib.core_exp(0.0))"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env={"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    if edited:
+        assert done.stderr.splitlines()[-1].endswith("type `pip install -e .` in this folder")
+    else:
+        assert done.stdout == f"{folder}/pneumo/core/__init__.py 1.0\n", done.stderr
