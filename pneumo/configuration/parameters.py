@@ -31,10 +31,11 @@ from pneumo.configuration.schema import (
 from pneumo.configuration.schema_messages import error_line
 from pneumo.configuration.schema_parts import merged
 from pneumo.configuration.text_file import read_column
+from pneumo.configuration.valve_conversions import area_per_conductance
 from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, exact_gas, sonic_coefficient
+from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, sonic_coefficient
 from pneumo.physics.valve_dynamics import ValveDynamics
 
 
@@ -174,9 +175,6 @@ def accuracy(
 
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
-ISO_6358_T, ISO_6358_RHO = 293.15, 1.185  # K, kg/m^3: the reference atmosphere of a sonic conductance
-SBAR = 1e-8  # 1 dm^3/(s bar) in m^3/(s Pa)
-AIR = exact_gas(287.0, 1.4)  # with which valves are measured
 DEAD_FRACTION = 0.1  # of the volume of half the stroke, as in Table 2
 
 
@@ -189,19 +187,9 @@ def _gas(section: GasSection, cylinder: CylinderSection) -> Gas:
     return Gas(R, gamma, sonic, critical)
 
 
-def _area_per_conductance(gas: Gas) -> float:
-    """Area, m^2, that has the choked flow of air by eq (1) of a sonic conductance C of 1 dm^3/(s bar).
-
-    By ISO 6358 the choked flow of a conductance C is C rho_ref P_u sqrt(T_ref/T_u), with air. The area stays
-    with another gas. A sonic coefficient that was given in place of the exact one scales that of air too.
-    """
-    of_air = gas.sonic_coefficient * (AIR.sonic_coefficient / sonic_coefficient(gas.R, gas.gamma))
-    return SBAR * ISO_6358_RHO * ISO_6358_T**0.5 / of_air
-
-
 def sonic_conductance(valve: Valve, gas: Gas) -> float:
     """Sonic conductance C of a fully open valve, dm^3/(s bar), as measured with air."""
-    return valve.k_xu * valve.u_max / _area_per_conductance(gas)
+    return valve.k_xu * valve.u_max / area_per_conductance(gas)
 
 
 def _valve(section: CylinderSection, gas: Gas) -> Valve:
@@ -209,7 +197,7 @@ def _valve(section: CylinderSection, gas: Gas) -> Valve:
     if catalogue is None:
         assert section.k_x_k_u_m2_per_V is not None
         return Valve(section.k_x_k_u_m2_per_V, u_max)
-    area = _area_per_conductance(gas)
+    area = area_per_conductance(gas)
     k_xu = catalogue.largest_C * area / u_max
     valve = Valve(k_xu, u_max, exhaust=catalogue.exhaust_ratio, leak=catalogue.leak_dm3_per_sbar * area)
     if not (section.valve_B or catalogue.curve or catalogue.exhaust_b):

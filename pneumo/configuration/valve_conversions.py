@@ -1,9 +1,11 @@
-"""Sonic conductance of a valve from the figures that catalogues print: one table of conversions."""
+"""Sonic conductance of a valve from the figures that catalogues print, and the area that has it."""
 
 from typing import NamedTuple
 
-from pneumo.physics.valve import choked_flow, exact_gas, mass_flow
+from pneumo.physics.valve import AIR, Gas, choked_flow, mass_flow, sonic_coefficient
 
+ANR_T, ANR_RHO = 293.15, 1.185  # K, kg/m^3: air in the reference atmosphere of ISO 6358 and ISO 8778
+SBAR = 1e-8  # 1 dm^3/(s bar) in m^3/(s Pa)
 UPSTREAM, DOWNSTREAM = 7.0, 6.0  # bar absolute: from 6 to 5 bar on the gauge, as in European catalogues
 SECONDS = 60.0  # in a minute
 USUAL_B = 0.3  # where a catalogue has no b
@@ -50,7 +52,17 @@ def conductance(key: str, value: float, b: float) -> float:
     conversion = CONVERSIONS[key]
     if not conversion.nominal:
         return value * conversion.to_C
-    gas = exact_gas(287.0, 1.4)._replace(critical_ratio=b, elliptic=True)
-    at = 1.0, UPSTREAM, DOWNSTREAM, 293.15  # area and temperature cancel
-    fraction = mass_flow(*at, gas) / choked_flow(1.0, UPSTREAM, 293.15, gas)
+    gas = AIR._replace(critical_ratio=b, elliptic=True)
+    at = 1.0, UPSTREAM, DOWNSTREAM, ANR_T  # area and temperature cancel
+    fraction = mass_flow(*at, gas) / choked_flow(1.0, UPSTREAM, ANR_T, gas)
     return value * conversion.to_C / (SECONDS * UPSTREAM * fraction)
+
+
+def area_per_conductance(gas: Gas) -> float:
+    """Area, m^2, that has the choked flow of air by eq (1) of a sonic conductance C of 1 dm^3/(s bar).
+
+    By ISO 6358 the choked flow of a conductance C is C rho_ref P_u sqrt(T_ref/T_u), with air. The area stays
+    with another gas. A sonic coefficient that was given in place of the exact one scales that of air too.
+    """
+    of_air = gas.sonic_coefficient * (AIR.sonic_coefficient / sonic_coefficient(gas.R, gas.gamma))
+    return SBAR * ANR_RHO * ANR_T**0.5 / of_air

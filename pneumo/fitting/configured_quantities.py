@@ -47,7 +47,7 @@ def changes_of(problem: Problem, best: Solution, known: Accuracy | None) -> np.n
     """
 
     def residual(other: Problem) -> np.ndarray:
-        return other.signals.P - replayed_pressures(other, best.theta[None])[0]
+        return other.signals.residual(replayed_pressures(other, best.theta[None])[0])
 
     if known is None:
         return np.zeros((len(UNFITTED), *problem.signals.P.shape))

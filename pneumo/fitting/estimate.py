@@ -99,7 +99,7 @@ def estimate(
         values=values,
         low=low,
         high=high,
-        rms=np.sqrt(np.mean((problem.signals.P - fitted) ** 2, axis=1)),
+        rms=problem.signals.rms(fitted),
         held_out=held_out,
         pressure=np.concatenate([fitted[:, :-1], predicted], axis=1),
         moved={
@@ -161,7 +161,7 @@ def prediction(
     fixed = {name: value for name, value in values.items() if name not in STARTS}
     other = Problem(model, plant, signals, fixed)
     P = replayed_pressures(other, first_pressures(other)[None])[0]
-    return P, np.sqrt(np.mean((signals.P - P) ** 2, axis=1))
+    return P, signals.rms(P)
 
 
 def first_pressures(problem: Problem) -> np.ndarray:

@@ -121,7 +121,7 @@ class Problem(LeastSquares):
     def residual(self, theta: np.ndarray) -> np.ndarray:
         """Measured minus replayed pressures in units of P_s, shape (chamber, sample)."""
         P = replayed_pressures(self, theta[None])[0]
-        residual = (self.signals.P - P) / self.plant.conditions.P_s
+        residual = self.signals.residual(P) / self.plant.conditions.P_s
         return np.where(np.isfinite(residual), residual, OFF)
 
     def jacobian(self, theta: np.ndarray) -> np.ndarray:
@@ -139,7 +139,7 @@ class Problem(LeastSquares):
         # No pressure of A depends on a parameter of B, and conversely.
         of_chamber = np.array([[not name.endswith(f"_{other}") for name in self.names] for other in "BA"])
         slopes = (np.array(others) - here)[varied.argmax(axis=0)] / steps[:, None, None]
-        result = np.moveaxis(slopes, 0, -1) * of_chamber[:, None]
+        result = np.moveaxis(slopes, 0, -1) * of_chamber[:, None] * self.signals.used[..., None]
         return np.nan_to_num(result, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
 
     def at_bound(self, theta: np.ndarray, margin: float = ON_BOUND) -> tuple[str, ...]:
@@ -204,7 +204,7 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
         value = values[rows[0]]
         plant = with_causes(problem.plant, value)._replace(k_0=1.0)
         u = behind_valve(signals.u, signals.h, value, signals.largest)
-        P_s = sagging_supply(signals, u, plant, value["sag"]) if "sag" in value else signals.P_s
+        P_s = supply_at_valve(signals, u, plant, value)
         sets = *steps, start[rows], start_T[rows], P_s, T_in[rows], exhaust[rows]
         motions = motion[None]
         if LEAKS & value.keys():
@@ -222,25 +222,39 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
 
 def opened(signals: StageSignals, values: dict[str, float]) -> StageSignals:
     """Signals for a reduced model: command behind the fitted valve, pressures less the fitted offsets."""
+    P_s = None if signals.P_s is None else signals.P_s - values.get("offset_P_s", 0.0)
     u = np.empty_like(signals.u)
     for first, last in signals.pieces:
         steps = slice(first * signals.stride, (last + 1) * signals.stride)
         u[steps] = behind_valve(signals.u[steps], signals.h, values, signals.largest)
-    return signals._replace(u=u, P=signals.P - offsets(values))
+    return signals._replace(u=u, P=signals.P - offsets(values), P_s=P_s)
 
 
-def sagging_supply(signals: StageSignals, u: np.ndarray, plant: Plant, sag: float) -> np.ndarray:
-    """Supply pressure that falls by a fraction `sag` at the largest flow, Pa, by (step, stage).
+def supply_at_valve(
+    signals: StageSignals, u: np.ndarray, plant: Plant, value: dict[str, float]
+) -> np.ndarray | None:
+    """Supply pressure as measured, less its sensor's offset, or as configured, Pa, by (step, stage).
 
-    The flow is that through the opening `u`, V, at the measured pressures, smoothed over `SUPPLY_LINE`.
+    It falls by a fraction `sag` at the largest flow where `value` has one. None if it is as configured.
+    """
+    measured = None if signals.P_s is None else signals.P_s - value.get("offset_P_s", 0.0)
+    if "sag" not in value:
+        return measured
+    upstream = plant.conditions.P_s if measured is None else measured
+    return upstream * (1 - value["sag"] * flow_fraction(signals, u, plant))[:, None] * np.ones(u.shape)
+
+
+def flow_fraction(signals: StageSignals, u: np.ndarray, plant: Plant) -> np.ndarray:
+    """Flow from the supply over the largest, shape (step,), smoothed over `SUPPLY_LINE`.
+
+    It is that through the opening `u`, V, at the measured pressures.
     """
     steps = np.arange(len(u)) / signals.stride
     A, B = (np.interp(steps, np.arange(signals.P.shape[1]), side) for side in signals.P)
     ratio = np.where(u[:, 0] > 0, A, B) / plant.conditions.P_s
     flow = np.abs(u[:, 0]) / plant.valve.u_max * subsonic(ratio, plant.gas.critical_ratio)
     decay = np.exp(-signals.h / SUPPLY_LINE)
-    smooth = np.asarray(lfilter([1 - decay], [1.0, -decay], flow))
-    return np.broadcast_to((plant.conditions.P_s * (1 - sag * smooth))[:, None], u.shape)
+    return np.asarray(lfilter([1 - decay], [1.0, -decay], flow))
 
 
 def subsonic(ratio: np.ndarray, b: float) -> np.ndarray:

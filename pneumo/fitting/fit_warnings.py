@@ -171,7 +171,9 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], values: dict[str
     """
     before = _coloured(split)
     explained: dict[str, tuple[float, str]] = {}
-    causes: dict[str, tuple[str, ...]] = {name: (name,) for name in CAUSES if name not in problem.also}
+    measured = problem.signals.P_s is not None
+    without = {*problem.also, "sag" if measured else "offset_P_s"}  # a measured supply shows its sag
+    causes: dict[str, tuple[str, ...]] = {name: (name,) for name in CAUSES if name not in without}
     if not ({*CURVE} & {*problem.also} or problem.plant.valve.paths.knots):
         causes[VALVE_CURVE] = CURVE
     for cause, names in causes.items():

@@ -77,8 +77,11 @@ def fitted_configuration(
         content["supply"] |= {"T_amb_K": _rounded(measured.T), "T_in_K": _rounded(measured.T)}
         notes.append(f"T = {measured.T:.2f} K, measured")
     if measured.P_s is not None:
-        content["supply"]["P_s_Pa"] = _rounded(measured.P_s.mean())
-        notes.append(f"supply = {measured.P_s.mean() / 1e3:.4g} kPa, the mean of its record")
+        off = estimates["offset_P_s"].value if "offset_P_s" in estimates else 0.0
+        supply = float(measured.P_s.mean()) - off
+        content["supply"]["P_s_Pa"] = _rounded(supply)
+        less = ", less its sensor's offset" if off else ""
+        notes.append(f"supply = {supply / 1e3:.4g} kPa, the mean of its record{less}")
     written = {name: interval for name, interval in estimates.items() if name not in held}
     notes += _put_values(content, section, written, plant, fit)
     _put_valves(section, configuration.cylinders[cylinder], written, plant)

@@ -190,6 +190,8 @@ def _check_also(also: Sequence[str], measurement: Measurement, plant: Plant) -> 
         raise InputError(f"--also {unknown}: must be one of {', '.join(CHOICES)}")
     if "P_s" in also and measurement.P_s is not None:
         raise InputError(f"--also P_s: {measurement.name} has the supply pressure as a column")
+    if "offset_P_s" in also and measurement.P_s is None:
+        raise InputError(f"--also offset_P_s: {measurement.name} has no column P_s")
     if VALVE_CURVE in also and plant.valve.paths.knots:
         raise InputError(f"--also {VALVE_CURVE}: the configuration has a curve; give C in its place")
     if also and measurement.m is not None:

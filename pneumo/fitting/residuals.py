@@ -59,7 +59,7 @@ def quantum(P: np.ndarray) -> float:
 def residuals(problem: Problem, theta: np.ndarray) -> list[Residual]:
     """Residuals of both pressures at a set of parameters on the scale of the search."""
     signals = problem.signals
-    residual = signals.P - replayed_pressures(problem, theta[None])[0]
+    residual = signals.residual(replayed_pressures(problem, theta[None])[0])
     return split_residuals(signals.P, residual, signals.period)
 
 

@@ -36,6 +36,7 @@ class StageSignals(NamedTuple):
     u: np.ndarray  # limited command, V, by (step, stage)
     motion: np.ndarray  # position, m, and velocity, m/s, by (step, stage, 2)
     P: np.ndarray  # Pa, measured pressures by (chamber, sample)
+    used: np.ndarray  # whether each of them is compared with a replay
     P_s: np.ndarray | None = None  # Pa, supply pressure where measured, by (step, stage)
     flow: np.ndarray | None = None  # kg/s, where measured, by (step, stage, chamber); u then plays no role
     begins: tuple[int, ...] = (0,)  # first samples of several records, one after another
@@ -50,10 +51,21 @@ class StageSignals(NamedTuple):
         """Signals from one sample to another, both included."""
         steps = slice(first * self.stride, last * self.stride)
         flow, P_s = (signal if signal is None else signal[steps] for signal in (self.flow, self.P_s))
-        P = self.P[:, first : last + 1]
+        P, used = (signal[:, first : last + 1] for signal in (self.P, self.used))
         begins = (0, *(begin - first for begin in self.begins if first < begin < last))
         motion = self.motion[steps]
-        return self._replace(u=self.u[steps], motion=motion, P=P, P_s=P_s, flow=flow, begins=begins)
+        return self._replace(
+            u=self.u[steps], motion=motion, P=P, used=used, P_s=P_s, flow=flow, begins=begins
+        )
+
+    def residual(self, replayed: np.ndarray) -> np.ndarray:
+        """Measured minus replayed pressures, Pa, by (chamber, sample); 0 where they are not compared."""
+        return np.where(self.used, self.P - replayed, 0.0)
+
+    def rms(self, replayed: np.ndarray) -> np.ndarray:
+        """Root mean square of the residual, Pa, shape (chamber,)."""
+        compared = np.maximum(self.used.sum(axis=1), 1)
+        return np.sqrt(np.sum(self.residual(replayed) ** 2, axis=1) / compared)
 
     @property
     def pieces(self) -> list[tuple[int, int]]:
@@ -134,6 +146,7 @@ def stage_signals(measurement: Measurement, plant: Plant, command: Sampling = HE
         u=limited,
         motion=motion,
         P=m.P,
+        used=np.ones(m.P.shape, dtype=bool) if m.used is None else m.used,
         P_s=None if m.P_s is None else np.interp(at, t, m.P_s),
         flow=None if m.m is None else np.stack([np.interp(at, t, side) for side in m.m], axis=-1),
         begins=m.begins,

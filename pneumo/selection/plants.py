@@ -7,9 +7,8 @@ from pneumo.configuration.experiment import Plant, Study
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
-from pneumo.physics.valve import Conditions, Gas, Valve, exact_gas, sonic_coefficient
+from pneumo.physics.valve import AIR, Conditions, Gas, Valve, sonic_coefficient
 
-AIR = exact_gas(287.0, 1.4)
 OTHER_GAS = 0.005  # relative difference from the choked flow of air above which a note gives it
 WEAK = 0.01  # fraction of the valve's full opening below which a signal hardly moves a piston
 

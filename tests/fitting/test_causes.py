@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumo.fitting.fit_problem import SUPPLY_LINE, as_logged, sagging_supply
+from pneumo.fitting.fit_problem import SUPPLY_LINE, as_logged, supply_at_valve
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.valve_signal import behind_valve, valve_signal
 
@@ -52,10 +52,14 @@ def test_before_and_after_the_record_the_command_is_taken_to_hold(dead_time, exp
 def test_a_supply_sags_with_the_flow_by_iso_6358(plant):
     P_s, b, steps = plant.conditions.P_s, plant.gas.critical_ratio, round(20 * SUPPLY_LINE / 1e-3)
     u = np.full((steps, 3), plant.valve.u_max / 2)
-    signals = StageSignals(1e-3, 1e-3, u, np.zeros((steps, 3, 2)), np.full((2, steps + 1), 0.8 * P_s))
-    sagging = sagging_supply(signals, u, plant, 0.1)
+    motion, P = np.zeros((steps, 3, 2)), np.full((2, steps + 1), 0.8 * P_s)
+    signals = StageSignals(1e-3, 1e-3, u, motion, P, np.ones(P.shape, dtype=bool))
+    sagging = supply_at_valve(signals, u, plant, {"sag": 0.1})
     flow = 0.5 * np.sqrt(1 - ((0.8 - b) / (1 - b)) ** 2)  # over the choked one
     assert sagging[-1] == pytest.approx(P_s * (1 - 0.1 * flow), rel=1e-6) and sagging[0, 0] > 0.99 * P_s
+    measured = signals._replace(P_s=np.full(u.shape, 0.9 * P_s))
+    both = supply_at_valve(measured, u, plant, {"sag": 0.1, "offset_P_s": -0.1 * P_s})
+    np.testing.assert_allclose(both, sagging)  # of the measured supply, less its sensor's offset
 
 
 def test_a_valve_lags_and_keeps_the_integral():

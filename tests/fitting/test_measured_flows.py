@@ -5,11 +5,11 @@ import pandas as pd
 import pytest
 
 from pneumo import simulate
+from pneumo.configuration.valve_conversions import ANR_RHO
 from pneumo.errors import InputError
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement, read_measurement
-from pneumo.fitting.record.units import ANR
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.pages.fit_page import fit_page
 
@@ -42,7 +42,7 @@ def test_full_order_pressures_are_followed(plant, measured):
 
 def test_columns_of_flow_are_read_in_their_units_or_refused(plant, measured, tmp_path):
     columns = {"t_s": measured.t, "x_m": measured.x, "P_A_Pa": measured.P[0], "P_B_Pa": measured.P[1]}
-    columns |= {"m_A_g_per_s": 1e3 * measured.m[0], "m_B [l/min(ANR)]": measured.m[1] / ANR * 6e4}
+    columns |= {"m_A_g_per_s": 1e3 * measured.m[0], "m_B [l/min(ANR)]": measured.m[1] / ANR_RHO * 6e4}
 
     def read(chosen):
         pd.DataFrame(chosen).to_csv(tmp_path / "m.csv", index=False)

@@ -48,9 +48,11 @@ def joined(records: Sequence[Measurement], part: float, most: int) -> tuple[Meas
     names = ", ".join(m.name for m in records)
     order = f"{names}: fitted together, each from its own start; the part held out begins in the last of them"
     present = [field for field in ("u", "x", "P", "m", "P_s") if getattr(first, field) is not None]
+    used = [np.ones(m.P.shape, bool) if m.used is None else m.used for m in pieces]
     return first._replace(
         **{field: np.concatenate([getattr(piece, field) for piece in pieces], axis=-1) for field in present},
         name=names,
+        used=np.concatenate(used, axis=-1),
         T=float(np.mean(temperatures)) if temperatures else np.nan,
         notes=(*(f"{m.name}: {note}" for m in records for note in m.notes), order),
         begins=begins[:-1],

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.ndimage import binary_dilation
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
@@ -20,7 +21,17 @@ from pneumo.fitting.record.columns import (
     unused_note,
 )
 from pneumo.fitting.record.formats import read_channels
-from pneumo.fitting.record.plausibility import UNEVEN, Event, above_supply, check_clock, check_signals, events
+from pneumo.fitting.record.plausibility import (
+    UNEVEN,
+    Event,
+    above_supply,
+    check_clock,
+    check_signals,
+    events,
+    range_note,
+    saturated,
+    until_it_stops,
+)
 from pneumo.fitting.record.units import Surroundings
 
 SENSORS = ("x", "P_A", "P_B")
@@ -36,6 +47,7 @@ SHOWN = {  # factor and unit in which a channel is shown
 }
 SHUT = {"u": "; if the valve was shut all the time: --closed both"}
 CUT = 0.01  # part of a record, whose loss at its ends a note names
+BESIDE = 5  # samples beside one at the end of a sensor's range, which noise may have brought back into it
 
 
 class Measurement(NamedTuple):
@@ -54,6 +66,7 @@ class Measurement(NamedTuple):
     begins: tuple[int, ...] = (0,)  # first samples of parts of several records, one after another
     channels: tuple[str, ...] = ()  # how each channel was read, a line each
     events: tuple[Event, ...] = ()
+    used: np.ndarray | None = None  # whether a fit compares each pressure, by (chamber, sample); None: all
 
     @property
     def t(self) -> np.ndarray:
@@ -63,8 +76,8 @@ class Measurement(NamedTuple):
     def part(self, first: int, last: int | None = None) -> "Measurement":
         """The samples from the first on, up to the last or the end."""
         chosen = slice(first, last if last is None else last + 1)
-        m, P_s = (s if s is None else s[..., chosen] for s in (self.m, self.P_s))
-        return self._replace(u=self.u[chosen], x=self.x[chosen], P=self.P[:, chosen], P_s=P_s, m=m)
+        m, P_s, used = (s if s is None else s[..., chosen] for s in (self.m, self.P_s, self.used))
+        return self._replace(u=self.u[chosen], x=self.x[chosen], P=self.P[:, chosen], P_s=P_s, m=m, used=used)
 
     def since(self, begin: float) -> "Measurement":
         """The rest of the measurement, from the time `begin` on, s."""
@@ -153,8 +166,13 @@ def read_measurement(
         if not closed:
             notes.append("column u: not used, since the flows m_A and m_B were measured")
         del signals["u"]
+    for name in (name for name in (*SENSORS, "P_s") if name in signals and not closed):
+        signals[name], stops = until_it_stops(signals[name])
+        notes += stops
     period, grid, on_time = _grid(path, signals, closed)
     notes += on_time + check_signals(path, signals, plant, from_end, closed)
+    used, ranges = _within_range(signals, plant, grid, closed)
+    notes += ranges
     values = dict[str, np.ndarray]()
     for quantity in (name for name in signals if name != "T"):
         values[quantity], changed = _on_grid(signals[quantity], grid, period)
@@ -176,6 +194,7 @@ def read_measurement(
         P_s=P_s,
         channels=tuple(map(_line, ordered)),
         events=tuple(event for signal in ordered for event in events(signal, plant, grid[0])),
+        used=used,
     )
 
 
@@ -211,6 +230,26 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
         off = f"by up to {uneven:.2g} periods of {period:.4g} s"
         notes.append(f"time is not uniform: samples are off a uniform grid {off}; signals are interpolated")
     return period, t[0] + grid, notes
+
+
+def _within_range(
+    signals: Mapping[str, Series], plant: Plant, grid: np.ndarray, closed: bool
+) -> tuple[np.ndarray, list[str]]:
+    """Whether the pressures on the grid are within their sensors' ranges, by (chamber, sample), and notes.
+
+    Samples beside those at an end are not: noise has brought them back into the range.
+    """
+    used, notes = np.ones((2, len(grid)), dtype=bool), list[str]()
+    for name in (name for name in (*SENSORS, "P_s") if name in signals):
+        signal = signals[name]
+        at_end = saturated(signal, plant)
+        compared = name in ("P_A", "P_B") and not closed
+        left_out = "no fit compares them or their neighbours with a model"
+        notes += range_note(signal, at_end, left_out if compared else "fit a part of the record without them")
+        if compared and at_end.any():
+            beside = np.interp(grid, signal.t, binary_dilation(at_end, iterations=BESIDE)) > 0
+            used["AB".index(name[-1])] &= ~beside
+    return used, notes
 
 
 def _missing(path: Path, signal: Series) -> list[str]:

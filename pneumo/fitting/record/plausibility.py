@@ -9,6 +9,7 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
 from pneumo.fitting.record.channel import Series, refuse
+from pneumo.fitting.record.sensor_faults import at_end_of_range, stopped
 from pneumo.fitting.record.units import LENGTHS, PRESSURES, gauge_zero
 
 SHORTEST = 1e-5  # s, between samples
@@ -24,7 +25,7 @@ LEAST_GAUGE = 0.2  # of the atmosphere, that a gauge pressure reaches if another
 LEAST_AT_WORK = 0.25
 TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
 LEAST_TRAVEL = 0.02  # of half the stroke, that a piston at work moves
-JITTER, FLAT, MOST_EVENTS = 0.1, 5, 200  # of a period; samples of one value in a row; of a signal
+JITTER, MOST_EVENTS = 0.1, 200  # of a period; of a signal
 AT_STOP = 0.02  # of half the stroke, from a stop
 ABOVE, OFTEN = 1.02, 0.01  # pressure over the supply's that no sensor's error explains; of the time
 OF_LOOP = 1.04  # of u_max, that the ends of a current loop reach at most
@@ -74,22 +75,45 @@ def events(signal: Series, plant: Plant, start: float) -> list[Event]:
         usual = int(np.median(unchanged)) if len(unchanged) > 20 else 1
         if usual > 1 and np.mean(unchanged % usual == 0) > 0.8:
             found.append(("held", t[0], t[-1]))
-    edges = np.flatnonzero(np.diff(_saturated(signal, plant), prepend=False, append=False))
+    edges = np.flatnonzero(np.diff(saturated(signal, plant), prepend=False, append=False))
     found += [("saturated", t[a], t[b - 1]) for a, b in zip(edges[::2], edges[1::2], strict=True)]
     return [Event(signal.quantity, kind, float(a), float(b)) for kind, a, b in found[:MOST_EVENTS]]
 
 
-def _saturated(signal: Series, plant: Plant) -> np.ndarray:
-    """Whether a sample is beyond the limiter, or of a pressure at its largest or smallest for a while."""
-    from scipy.ndimage import binary_opening
-
-    values = signal.values
+def saturated(signal: Series, plant: Plant) -> np.ndarray:
+    """Whether a sample is beyond the limiter, or at an end of its sensor's range."""
+    values, c = signal.values, plant.conditions
     if signal.quantity == "u":
         return np.abs(values) > plant.valve.u_max
-    at_end = (values == values.min()) | (values == values.max())
-    if signal.quantity not in ("P_A", "P_B", "P_s") or at_end.all():
-        return np.zeros(len(values), dtype=bool)  # a piston rests at its stops
-    return binary_opening(at_end, np.ones(FLAT))
+    if signal.quantity == "x":  # a piston rests at its stops
+        return at_end_of_range(values, (values.min(), values.max()))
+    rests = (c.P_s, c.P_atm)
+    return at_end_of_range(values, rests if signal.quantity in ("P_A", "P_B") else ())
+
+
+def until_it_stops(signal: Series) -> tuple[Series, list[str]]:
+    """A sensor's signal without samples at its end that no longer change, and a note on such samples."""
+    run = stopped(signal.values)
+    if run is None:
+        return signal, []
+    first, last = run
+    name, value = f"column {signal.quantity}", str(signal.channel.values[signal.rows[first]]).strip()
+    seconds = f"{signal.t[first]:.4g} to {signal.t[last]:.4g} s"
+    stays = f"{name}: stays at exactly {value} from {seconds}, without noise: its sensor had stopped"
+    if last < len(signal.values) - 1:
+        return signal, [f"{stays}; fit the parts before and after it"]
+    kept = {field: getattr(signal, field)[: first + 1] for field in ("t", "values", "rows")}
+    return signal._replace(**kept), [f"{stays}; the rest of the record is not used"]
+
+
+def range_note(signal: Series, at_end: np.ndarray, remedy: str) -> list[str]:
+    """Note on samples of a sensor that are at an end of its range."""
+    if not at_end.any():
+        return []
+    raw = signal.channel.values[signal.rows[at_end]]
+    ends = " and ".join(dict.fromkeys(str(value).strip() for value in raw))
+    count = f"{len(raw)} of {len(at_end)} samples are exactly {ends} ({signal.text})"
+    return [f"column {signal.quantity}: {count}: the sensor's range ends there; {remedy}"]
 
 
 def check_signals(

@@ -7,6 +7,9 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+from pneumo.configuration.valve_conversions import ANR_RHO, ANR_T
+from pneumo.physics.valve import GASES
+
 LENGTHS = {
     **dict.fromkeys(("mm", "millimeter", "millimetre"), 1e-3),
     **{"m": 1.0, "cm": 1e-2, "um": 1e-6},
@@ -44,7 +47,6 @@ VOLUMES = {
 VOLTAGES = {"V": 1.0, "mV": 1e-3, **dict.fromkeys(("volt", "volts", "VDC", "V DC"), 1.0)}
 COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, sccm, scfm
 SHORT = re.compile("|".join(COMPACT), re.IGNORECASE)
-ANR, R_AIR = 1.185, 287.05  # kg/m^3, air at the reference atmosphere of ISO 8778; J/(kg K)
 QUANTITIES = ("t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
 CHOICES = {  # written in messages, by quantity
     "t": "s, ms, us, ns, min, h",
@@ -94,7 +96,7 @@ class Surroundings(NamedTuple):
 
     P_atm: float = STANDARD_ATMOSPHERE  # Pa, at the valve's exhaust
     u_max: float = 1.0  # V, command at the end of the valve's range
-    R: float = R_AIR  # J/(kg K), of the gas whose volume flow was measured
+    R: float = GASES["air"].R  # J/(kg K), of the gas whose volume flow was measured
 
 
 STANDARD = Surroundings()
@@ -170,7 +172,7 @@ def _flow(unit: str, R: float) -> Reading | str | None:
         return None
     rate, state = per.factor, match["state"] or ""
     if long.upper().endswith(("ANR", "ANR)", "ANR]")):
-        density = ANR if abs(R / R_AIR - 1) < 0.01 else 1e5 / (R * 293.15)
+        density = ANR_RHO if abs(R / GASES["air"].R - 1) < 0.01 else 1e5 / (R * ANR_T)
         return Reading(rate * density, 0.0, f"{unit}: {density:.4g} kg/m3")
     stated = STATE.fullmatch(state or ("0 degC" if match["normal"] or match["behind"] else ""))
     P_unit = _named(stated["unit"] or "bar", PRESSURES) if stated else ""

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pneumo.configuration.valve_conversions import SBAR, area_per_conductance
 from pneumo.fitting.rig.rig_file import Rig
 from pneumo.fitting.rig.rig_record import Points, Run
 from pneumo.fitting.valve_signal import lagged
 from pneumo.physics.cylinder import wetted_area
 from pneumo.physics.models import MODELS, full_order_lane
-from pneumo.physics.valve import choked_flow
 from pneumo.simulation.gas_network import Link, Node, law, replay
 
 ADIABATIC = "full order, adiabatic"
@@ -21,7 +21,6 @@ FULL = {  # full order by its wall: exponents of A_q / A_q0 and of PT / (P_0 T_0
 }
 RIG_MODELS = (*MODELS, *FULL)
 Signal = np.ndarray | float  # by sample, or constant
-ISO_RHO, ISO_T = 1.185, 293.15  # kg/m^3 and K, the reference of a sonic conductance
 WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k", "k_0_B")
 
 
@@ -64,7 +63,7 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
     """Replay of a run: pressures at the sensors, Pa, temperatures of gas and heat store in the chamber, K."""
     v, gas, t, is_open = values, rig.gas, run.t, valve_opening(rig, values, run)
     T_amb, P_atm = v["T_surroundings"], v["P_surroundings"]
-    C = ISO_RHO / choked_flow(1.0, 1.0, ISO_T, gas)  # m^2 for 1 m^3/(s Pa)
+    C = area_per_conductance(gas) / SBAR  # m^2 for 1 m^3/(s Pa)
     row = MODELS.get(model)
     lane = law(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, 1.0, *FULL[model])
     warm = model != ADIABATIC

@@ -6,6 +6,7 @@ import numpy as np
 import pint
 import pytest
 
+from pneumo.configuration.valve_conversions import ANR_RHO
 from pneumo.errors import InputError
 from pneumo.fitting.record.channel import Channel, seconds
 from pneumo.fitting.record.columns import (
@@ -14,7 +15,6 @@ from pneumo.fitting.record.columns import (
     read_mapping,
 )
 from pneumo.fitting.record.units import (
-    ANR,
     LENGTHS,
     MASSES,
     PRESSURES,
@@ -35,7 +35,7 @@ def test_air_of_the_reference_atmosphere_has_the_density_of_its_definition():
     """ISO 8778: 100 kPa, 20 degC, 65 % relative humidity, of the 2.34 kPa at which water condenses."""
     dry, damp = 100e3 - 0.65 * 2.34e3, 0.65 * 2.34e3
     # The standard rounds to 1.185 kg/m^3, and the constants of air vary between tables.
-    assert pytest.approx((dry / 287.05 + damp / 461.5) / 293.15, rel=5e-3) == ANR
+    assert pytest.approx((dry / 287.05 + damp / 461.5) / 293.15, rel=5e-3) == ANR_RHO
     of_helium = reading("m_A", "m3/s(ANR)", Surroundings(R=2077.0))  # has no humidity
     assert isinstance(of_helium, Reading) and of_helium.factor == pytest.approx(1e5 / (2077.0 * 293.15))
 
@@ -96,8 +96,8 @@ READ = {  # factor and offset: quantity and units
     (NORMAL * PER_MINUTE, 0): "m_A: Nl/min | NL/min | ln/min | nlpm | slpm(0 degC)",
     (NORMAL / 3600, 0): "m_A: Nm3/h",
     (NORMAL * 0.3048**3 / 60, 0): "m_A: scfm(0 degC)",
-    (ANR * PER_MINUTE, 0): "m_A: l/min(ANR) | L/min (ANR) | slpm(ANR) | l/min ANR",
-    (ANR * 1e-3, 0): "m_A: dm³/s(ANR)",
+    (ANR_RHO * PER_MINUTE, 0): "m_A: l/min(ANR) | L/min (ANR) | slpm(ANR) | l/min ANR",
+    (ANR_RHO * 1e-3, 0): "m_A: dm³/s(ANR)",
     (1e5 / (287.05 * 293.15) * 1e-6 / 60, 0): "m_A: sccm(20 °C, 1 bar)",
 }
 

@@ -5,12 +5,14 @@ import pytest
 from independent_rig import BORE, CLOSES, OPENS
 
 from paper.study.measured_air import as_skin, as_store
+from pneumo.configuration.valve_conversions import area_per_conductance
 from pneumo.fitting.fit_result import Estimate
 from pneumo.fitting.rig.rig_file import key, rig
 from pneumo.fitting.rig.rig_fit import fit_rig, fitted_names, judged_models, parted, unphysical
 from pneumo.fitting.rig.rig_record import Points, Run, vessel_run
 from pneumo.fitting.rig.rig_replay import replay_run, run_errors
 from pneumo.fitting.settings import PART
+from pneumo.physics.valve import GASES, choked_flow
 
 ABOUT = {
     "bore_mm": 1e3 * BORE,
@@ -69,6 +71,19 @@ def test_a_supply_that_sags_is_shared_by_both_chambers():
     assert np.abs(with_other - alone).max() > 1e3
     narrow = replayed(about | {"regulator_C_dm3_per_sbar": 0.02}, driven())[0]
     assert np.abs(narrow - alone).max() > 1e3  # less is drawn from the source
+
+
+@pytest.mark.parametrize(("gas", "R", "gamma"), [("helium", 2077.3, 5 / 3), ("CO2", 188.92, 1.291)])
+def test_a_valve_has_its_area_in_every_gas_whose_C_was_measured_with_air(gas, R, gamma):
+    def choked(R, gamma):  # flow of an ideal nozzle, over area and pressure, at one temperature
+        return (gamma / R) ** 0.5 * (2 / (gamma + 1)) ** ((gamma + 1) / (2 * gamma - 2))
+
+    about = KNOWN | {"gas": gas, "dead_volume_mL": 1000}
+    P = replayed(about, driven(200, travel=0.0)._replace(P_B=None))[0]
+    flow = 1e-8 * 1.185 * 6e5 * choked(R, gamma) / choked(287.0, 1.4)  # kg/s
+    assert (P[60] - P[40]) / 20e-3 == pytest.approx(gamma * R * 293.15 * flow / 1e-3, rel=1e-4)
+    of_plant = choked_flow(area_per_conductance(GASES[gas]), 6e5, 293.15, GASES[gas])
+    assert of_plant == pytest.approx(flow, rel=1e-4)
 
 
 @pytest.mark.parametrize("model", ["M8", "full order"])
