@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from pneumo.linear.linear_model import linearise as linearise
     from pneumo.linear.observer import Estimate as Estimate
     from pneumo.linear.observer import ekf as ekf
-    from pneumo.notebook import ModelStudy as ModelStudy
-    from pneumo.notebook import RecordFit as RecordFit
-    from pneumo.notebook import RigFit as RigFit
-    from pneumo.notebook import fit as fit
-    from pneumo.notebook import read_record as read_record
-    from pneumo.notebook import rig as rig
-    from pneumo.notebook import study as study
+    from pneumo.notebook.model_study import ModelStudy as ModelStudy
+    from pneumo.notebook.model_study import study as study
+    from pneumo.notebook.record_fit import RecordFit as RecordFit
+    from pneumo.notebook.record_fit import RigFit as RigFit
+    from pneumo.notebook.record_fit import fit as fit
+    from pneumo.notebook.record_fit import read_record as read_record
+    from pneumo.notebook.record_fit import rig as rig
     from pneumo.physics.cylinder import Cylinder as Cylinder
     from pneumo.physics.models import MODELS as MODELS
     from pneumo.physics.models import Model as Model
@@ -51,7 +51,8 @@ _NAMES = {
     "errors": "ConfigurationError InputError PneumoError ResultError RunError",
     "linear.linear_model": "Linear linearise",
     "linear.observer": "Estimate ekf",
-    "notebook": "ModelStudy RecordFit RigFit fit read_record rig study",
+    "notebook.model_study": "ModelStudy study",
+    "notebook.record_fit": "RecordFit RigFit fit read_record rig",
     "physics.cylinder": "Cylinder",
     "physics.models": "MODELS Model",
     "physics.valve": "Conditions Gas Valve",

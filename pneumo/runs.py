@@ -3,12 +3,9 @@
 from __future__ import annotations  # or `help` would spell out ArrayLike
 
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pandas as pd
-import xarray as xr
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
@@ -18,13 +15,17 @@ from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError, RunError, shown
 from pneumo.physics.models import Model, full_order_lane, lane_array
 from pneumo.physics.symbols import SYMBOLS
-from pneumo.publish.figures.run_figure import pressure_figure, run_figure
 from pneumo.publish.text.formatting import preformatted
 from pneumo.selection.plants import check_positive
 from pneumo.simulation.excitation import command as command_of
 from pneumo.simulation.full_order import RAN, RUN_STATUS, STATE, Recording, failure, run, supplied_mass
 from pneumo.simulation.replay import STATUS
 from pneumo.simulation.replay import replay as replay_lanes
+
+if TYPE_CHECKING:  # imported where they are used: they take longer than a run
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
 
 OPEN_LOOP = Drive(False, 0.0, np.inf)
 NORMAL = 101325.0, 273.15  # Pa and K, of a normal litre: DIN 1343
@@ -166,6 +167,8 @@ class Run(NamedTuple):
 
     def to_xarray(self) -> xr.Dataset:
         """Dataset with u, x and v over t, and P and T over (t, chamber), in SI units."""
+        import xarray as xr
+
         pairs = {name: np.stack([getattr(self, f"{name}_{side}") for side in "AB"], axis=-1) for name in "PT"}
         variables: dict[str, Any] = {name: ("t", getattr(self, name)) for name in ("u", "x", "v")}
         variables |= {name: (("t", "chamber"), pair) for name, pair in pairs.items()}
@@ -180,6 +183,8 @@ class Run(NamedTuple):
 
     def to_table(self) -> pd.DataFrame:
         """Table with a column for each signal, headed as `pneumo.read_record` reads them."""
+        import pandas as pd
+
         u_B = self.recording.u_B
         columns = {"t_s": self.t} | ({"u_V": self.u} if u_B is None else {"u_A_V": self.u, "u_B_V": u_B})
         columns |= {"x_m": self.x, "v_m/s": self.v}
@@ -188,6 +193,8 @@ class Run(NamedTuple):
 
     def plot(self) -> Figure:
         """Figure of command, position, velocity, pressures and temperatures."""
+        from pneumo.publish.figures.run_figure import run_figure
+
         return run_figure(self.to_xarray())
 
     def _repr_html_(self) -> str:
@@ -226,6 +233,8 @@ class Prediction(NamedTuple):
 
     def to_xarray(self) -> xr.Dataset:
         """Dataset with `P` by (t, chamber), Pa, and `mean_error` and `mse` by chamber."""
+        import xarray as xr
+
         by_chamber = {"mean_error": ("chamber", self.mean_error), "mse": ("chamber", self.mse)}
         P = np.stack([self.P_A, self.P_B], axis=1)
         return xr.Dataset(
@@ -236,6 +245,8 @@ class Prediction(NamedTuple):
 
     def plot(self) -> Figure:
         """Figure of both pressures; those of the run are `Run.plot`."""
+        from pneumo.publish.figures.run_figure import pressure_figure
+
         return pressure_figure(self.to_xarray())
 
     def _repr_html_(self) -> str:

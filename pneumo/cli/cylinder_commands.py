@@ -96,7 +96,7 @@ def study(
 
     from pneumo.configuration.parameters import study as in_SI
     from pneumo.configuration.priors import conversion_notes, uncertainties
-    from pneumo.notebook import ModelStudy
+    from pneumo.notebook.model_study import ModelStudy
     from pneumo.publish.pages.study_page import check_folder
     from pneumo.publish.text.terminal_tables import WHOLE, ranking_table
     from pneumo.selection.cylinder_ranking import run_study, selected, simulated_time

@@ -104,8 +104,8 @@ def fit(
 
     from pneumo.catalogue import default_conductance
     from pneumo.fitting.record.columns import read_mapping
-    from pneumo.notebook import fit as fit_records
-    from pneumo.notebook import read_record
+    from pneumo.notebook.record_fit import fit as fit_records
+    from pneumo.notebook.record_fit import read_record
     from pneumo.publish.text import terminal_tables as shown
     from pneumo.storage.files import output_folder
 
@@ -181,7 +181,7 @@ def rig(
     from rich.console import Console
 
     from pneumo.fitting.record.columns import read_mapping
-    from pneumo.notebook import rig as fit_rig
+    from pneumo.notebook.record_fit import rig as fit_rig
     from pneumo.publish.text.terminal_tables import WHOLE, fit_tables
     from pneumo.storage.files import output_folder
 

@@ -63,13 +63,14 @@ def simulate(
     from pneumo.configuration.parameters import study
     from pneumo.configuration.priors import conversion_notes
     from pneumo.errors import InputError
-    from pneumo.storage.files import check_output
 
     if command is not None and reference is not None:
         raise InputError("--command, --reference: give at most one")
     if output is not None and output.suffix not in (".nc", ".csv"):
         raise InputError(f"-o {output}: must end with .nc or .csv")
     if output is not None:
+        from pneumo.storage.files import check_output
+
         check_output(output.absolute().parent)
     configuration = read_configuration(files, trust)
     name, plant, _ = configured_rig(configuration, cylinder, k_0)

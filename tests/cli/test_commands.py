@@ -29,6 +29,23 @@ def test_commands_that_compute_nothing_load_no_scipy(arguments):
     assert {"typer"} == {"typer", "scipy", "xarray"} & set(done.stdout.splitlines()[-1].split())
 
 
+@pytest.mark.parametrize(
+    ("arguments", "unneeded"),
+    [
+        (["study", "c.yaml", "--seeds", "1"], {"matplotlib", "sympy", "scipy.signal"}),
+        (["simulate", "c.yaml"], {"matplotlib", "sympy", "scipy", "xarray", "pandas"}),
+    ],
+)
+def test_commands_load_only_the_large_libraries_that_they_use(arguments, unneeded, inside, tmp_path):
+    inside("init", "c.yaml")
+    (tmp_path / "quick.yaml").write_text("n: [1.2, 1.3]\nrun: {seeds: 1, duration_limit_s: 0.3}\n")
+    code = "import sys; from pneumo.cli.commands import main\ntry: main()\nfinally: print(*sys.modules)"
+    command = [sys.executable, "-c", code, *arguments[:2], "quick.yaml", *arguments[2:]]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
+    assert unneeded & set(done.stdout.splitlines()[-1].split()) == set()
+
+
 def test_check_names_experiments_that_no_level_of_wall_heat_counts(inside, tmp_path):
     paper = str(ROOT / "config/paper.yaml")
     (tmp_path / "levels.yaml").write_text("levels: {typical: [0.1]}\nrun: {experiments: [E09, E10, E13]}\n")

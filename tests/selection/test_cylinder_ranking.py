@@ -10,7 +10,7 @@ from paper_study import STUDY
 
 from pneumo.configuration.parameters import load, study, validated
 from pneumo.errors import InputError
-from pneumo.notebook import ModelStudy
+from pneumo.notebook.model_study import ModelStudy
 from pneumo.publish.pages.study_page import MARK, check_folder, save_study
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import TITLE, run_study, selected, simulated_time

@@ -8,7 +8,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.parameters import sonic_conductance
 from pneumo.errors import InputError, ResultError
-from pneumo.publish.figures.study_figures import MOST_SHOWN, budget_bars, causes
+from pneumo.publish.figures.budget_bars import MOST_SHOWN, budget_bars, causes
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO, percent_text
 from pneumo.publish.text.terminal_tables import (

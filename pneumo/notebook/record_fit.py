@@ -1,4 +1,4 @@
-"""Fits and studies for notebooks and scripts: objects with text, tables, figures and checks.
+"""Fits for notebooks and scripts: objects with text, tables, figures and checks.
 
 Progress goes to the logger `pneumo`: `logging.basicConfig(level="INFO")` shows it.
 """
@@ -11,21 +11,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 from markupsafe import escape
 from matplotlib.figure import Figure
 
-from pneumo.configuration.experiment import Plant, Study
+from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import accuracy, configured_dynamics, load, sonic_conductance
 from pneumo.configuration.parameters import study as in_SI
-from pneumo.configuration.priors import uncertainties
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.equations.named_model import model_row
 from pneumo.errors import InputError, printable
-from pneumo.export import exported, write_files
 from pneumo.fitting.closed.closed_fit import fit_closed
 from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
 from pneumo.fitting.fitted_parameters import FULL_ORDER
@@ -41,15 +38,10 @@ from pneumo.fitting.rig.rig_fit import judged_models
 from pneumo.fitting.rig.rig_record import read_runs
 from pneumo.fitting.rig.rig_replay import RIG_MODELS
 from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS, PART
+from pneumo.notebook.export_model import export_model
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import pair_figure, residual_figure
-from pneumo.publish.figures.study_figures import budget_figure
 from pneumo.publish.pages.fit_page import fit_page
-from pneumo.publish.pages.study_page import check_folder, save_study
-from pneumo.publish.text.formatting import preformatted
-from pneumo.publish.text.terminal_tables import study_text
-from pneumo.selection.answer import Answer, answers, export_command, exported_name
-from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import check_output, write_text
 
@@ -177,7 +169,7 @@ class RecordFit(RigFit):
             fitted = load(text)
         has_n = model in MODELS and MODELS[model].has_n
         n = self.result.estimates(model)["n"].value if has_n else None
-        return _export(fitted, self.cylinder, model, n, to, file)
+        return export_model(fitted, self.cylinder, model, n, to, file)
 
     def _fitted(self) -> str:
         """Text of ``fitted.yaml``."""
@@ -205,101 +197,6 @@ class RecordFit(RigFit):
         write_text(self._fitted(), Path(folder, "fitted.yaml"))
 
 
-@dataclass(frozen=True)
-class ModelStudy:
-    """Models compared on the cylinders of a configuration, from `pneumo.study`."""
-
-    study: Study
-    cells: xr.Dataset  #: errors of every model, run and drawn cylinder
-    configuration: Configuration
-    files: Sequence[str] = ()  #: of the configuration, for the commands of the text
-
-    @cached_property
-    def answers(self) -> list[Answer]:
-        """Answer for each cylinder: the model to take, the error budget, and what to measure next."""
-        return answers(self.cells)
-
-    @cached_property
-    def _configured(self) -> Study:
-        """All experiments of the configuration, those of the study first: a command names their first k_0."""
-        configured = in_SI(self.configuration)
-        return configured._replace(experiments={**self.study.experiments, **configured.experiments})
-
-    def _answer(self, cylinder: str | None) -> Answer:
-        """Answer for a cylinder, by default the first; `InputError` if it is unknown or has no model."""
-        named = {answer.ranking.cylinder: answer for answer in self.answers}
-        answer = named.get(next(iter(named)) if cylinder is None else cylinder)
-        if answer is None:
-            raise InputError(f"cylinder = {cylinder!r}: must be one of {', '.join(named)}")
-        if not answer.chosen:
-            raise InputError(f"{answer.ranking.cylinder}: no model to show: {answer.reason}")
-        return answer
-
-    def plot(self, cylinder: str | None = None) -> Figure:
-        """Figure of the error budget of a cylinder; by default of the first."""
-        return budget_figure(self._answer(cylinder))
-
-    def to_xarray(self) -> xr.Dataset:
-        """Errors of every model, run and drawn cylinder, as ``study.nc`` has them."""
-        return self.cells
-
-    def export(self, file: Path | str, to: str = "c", cylinder: str | None = None) -> list[Path]:
-        """Write the recommended model of a cylinder, by default the first, as source code or FMU."""
-        answer = self._answer(cylinder)
-        n = answer.budget.row(answer.chosen).n
-        model, n = exported_name(answer.chosen), None if np.isnan(n) else n
-        return _export(self.configuration, answer.ranking.cylinder, model, n, to, file)
-
-    def save(self, folder: Path | str) -> tuple[Path, Path]:
-        """Write study.html and study.nc into a folder; return their paths."""
-        check_folder(Path(folder))
-        commands = [export_command(answer, self._configured, self.files) for answer in self.answers]
-        return save_study(self.study, self.cells, self.answers, Path(folder), commands)
-
-    def text(self, width: int = 80) -> str:
-        """Text that `pneumo study` prints, for a terminal of a width."""
-        return study_text(self.answers, self._configured, self.files, width)
-
-    def __repr__(self) -> str:
-        return self.text()
-
-    def _repr_html_(self) -> str:
-        return preformatted(self)
-
-
-def study(
-    configuration: Path | str | Configuration,
-    *,
-    cylinders: Sequence[str] = (),
-    experiments: Sequence[str] = (),
-    seeds: int | None = None,
-    threads: int = 2,
-) -> ModelStudy:
-    """Compare all models on the cylinders of a configuration; `pneumo study` does the same.
-
-    Parameters
-    ----------
-    configuration
-        File, such as that of `pneumo init` or ``fitted.yaml``, or its content from `load`.
-    cylinders, experiments : sequence of str
-        Only these; by default all.
-    seeds : int
-        Runs of each experiment; by default as configured.
-
-    Raises
-    ------
-    InputError
-        If a cylinder or experiment is unknown.
-    ConfigurationError
-        If the configuration is wrong.
-    """
-    files = () if isinstance(configuration, Configuration) else (str(configuration),)
-    content = configuration if isinstance(configuration, Configuration) else load(Path(configuration))
-    chosen = selected(in_SI(content), cylinders, experiments)
-    chosen = chosen._replace(seeds=seeds or chosen.seeds)
-    return ModelStudy(chosen, run_study(chosen, threads, uncertain=uncertainties(content)), content, files)
-
-
 _SAMPLING = {"held": HELD, "linear": INTERPOLATED}
 ORIGINS = ("mid", "end")
 PARTS = (0.2, 0.9)  # of a record, that may be fitted
@@ -309,18 +206,6 @@ def _check(option: str, value: str, allowed: Iterable[str]) -> None:
     """Raise `InputError` if a word is none of those allowed."""
     if value not in allowed:
         raise InputError(f"{option} = {printable(str(value), 30)!r}: must be one of {', '.join(allowed)}")
-
-
-def _export(
-    configuration: Configuration, cylinder: str, model: str, n: float | None, to: str, file: Path | str
-) -> list[Path]:
-    """Write a model of a configured cylinder as `pneumo export` does; return the files' paths."""
-    file, plant = Path(file), configured_plant(in_SI(configuration), cylinder)
-    dynamics = configured_dynamics(configuration, cylinder)
-    first, *rest = exported(model, n, plant, to, stem=file.stem, dynamics=dynamics).items()
-    files = {file.name: first[1], **dict(rest)}
-    write_files(files, file.parent)
-    return [file.parent / name for name in files]
 
 
 def _configuration(configuration: Configuration | Path | str) -> Configuration:

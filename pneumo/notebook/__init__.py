@@ -1,0 +1,1 @@
+"""Fits and studies for notebooks and scripts: objects with text, tables, figures and checks."""

@@ -1,0 +1,21 @@
+"""Export of a model of a configured cylinder."""
+
+from pathlib import Path
+
+from pneumo.configuration.parameters import configured_dynamics
+from pneumo.configuration.parameters import study as in_SI
+from pneumo.configuration.schema import Configuration
+from pneumo.export import exported, write_files
+from pneumo.selection.plants import configured_plant
+
+
+def export_model(
+    configuration: Configuration, cylinder: str, model: str, n: float | None, to: str, file: Path | str
+) -> list[Path]:
+    """Write a model of a configured cylinder as `pneumo export` does; return the files' paths."""
+    file, plant = Path(file), configured_plant(in_SI(configuration), cylinder)
+    dynamics = configured_dynamics(configuration, cylinder)
+    first, *rest = exported(model, n, plant, to, stem=file.stem, dynamics=dynamics).items()
+    files = {file.name: first[1], **dict(rest)}
+    write_files(files, file.parent)
+    return [file.parent / name for name in files]
