@@ -96,6 +96,7 @@ lint: .venv/.dev  ## check style, types, import contracts and the workflow
 	ruff format --check
 	basedpyright
 	lint-imports --no-logo
+	lint-imports --no-logo --config paper-verdict/pyproject.toml
 	zizmor --offline --no-progress --quiet .github
 	$(cog) --check --check-fail-msg="run: make numbers" README.md
 	snakefmt --check Snakefile workflow
@@ -116,9 +117,10 @@ fit-bench: .venv/.dev  ## judge `pneumo fit` on random benches with known truth,
 wheel: .venv/.dev  ## build sdist and wheel into dist/; try every engineer's command of the wheel in an empty environment
 	@echo "== wheel: dist/, then pytest tests/test_wheel.py"
 	$(activate)
-	rm -rf dist
+	rm -rf dist paper-verdict/dist
 	uv build --quiet --no-build-isolation --out-dir dist
-	rm dist/.gitignore
+	uv build --quiet --no-build-isolation --out-dir paper-verdict/dist paper-verdict
+	rm dist/.gitignore paper-verdict/dist/.gitignore
 	pytest -n0 tests/test_wheel.py
 
 sbom: .venv/.study  ## list the packages of requirements.lock, with their hashes, in sbom.json (CycloneDX)
@@ -154,11 +156,11 @@ lock-check: .venv/.study  ## is there a wheel of every locked package for Linux 
 clean:  ## remove results, documentation and caches, keep .venv
 	@echo "== clean: results, site, workflow state, tool caches"
 	find results -mindepth 1 ! -path results/README.md -delete
-	rm -rf results-* site jupyter_execute dist build .coverage* .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf results-* site jupyter_execute dist build paper-verdict/dist paper-verdict/build .coverage* .snakemake .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 
 # Stamps come last, so an interrupted set-up starts afresh. uv, itself pinned in the lock, takes seconds where pip takes
 # minutes; pip is kept for machines where only pip is configured to reach a package index.
-.venv/.study: requirements.lock pyproject.toml
+.venv/.study: requirements.lock pyproject.toml paper-verdict/pyproject.toml
 	@case "$$PWD" in *[{}]*) echo "$$PWD: setuptools installs nothing under a path with { or } in it; rename the folder" >&2; exit 1;; esac
 	for candidate in "$(PYTHON)" python3; do
 	    # Not the interpreter of an active .venv: it is about to be removed.
@@ -179,8 +181,8 @@ clean:  ## remove results, documentation and caches, keep .venv
 	    .venv/bin/uv pip install --quiet --python .venv/bin/python "$$compiler" || \
 	        "$$base" -m pip --python .venv/bin/python install --quiet --disable-pip-version-check "$$compiler"
 	fi
-	echo "== set-up 3/3: pneumo itself, editable"
-	.venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --no-build-isolation --editable .
+	echo "== set-up 3/3: pneumo itself and paper-verdict, editable"
+	.venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --no-build-isolation --editable . --editable ./paper-verdict
 	touch $@
 
 .venv/.dev: .venv/.study requirements-dev.lock

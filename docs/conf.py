@@ -39,7 +39,7 @@ profile.parent.mkdir(parents=True)
 profile.write_text(PROFILE.format(folder=examples), encoding="utf-8")
 os.environ["IPYTHONDIR"] = str(examples / "ipython")
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-os.environ["PYTHONPATH"] = str(Path(__file__).parents[1])  # in place of `pip install ./paper/verdict`
+os.environ["PYTHONPATH"] = str(Path(__file__).parents[1])  # for `paper`, which is not installed
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # notebooks run side by side: idle threads would wait by computing
 
 project = "pneumo"

@@ -12,7 +12,7 @@ from typer.main import get_command
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.text.markdown_tables import markdown_table as table
-from paper.verdict.errata import Erratum, read_errata
+from paper_verdict.errata import Erratum, read_errata
 from pneumo.cli.commands import app
 from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE, VALVE_CURVE
 from pneumo.fitting.record.formats import FORMATS

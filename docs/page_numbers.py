@@ -29,7 +29,7 @@ from paper.study.pages.verdict_page import SIMULATORS
 from paper.study.paper_2006.summary import LEVELS
 from paper.study.samplings import STUDY_SAMPLINGS
 from paper.study.text.markdown_tables import markdown_table as table
-from paper.verdict.facts import headline_text
+from paper_verdict.facts import NOT_JUDGED, headline_text
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
@@ -133,7 +133,7 @@ def wrong_conductance(results: Path) -> dict[str, str]:
 
 def missed(verdict: dict[str, Any]) -> dict[str, str]:
     """Missed cells of Tables 7 to 9, percentiles and swings, and chi-squares over the spread of seeds."""
-    items = [item for item in verdict["items"] if item["status"] == "missed"]
+    items = [i for i in verdict["items"] if i["agreement"] is None and i["status"] != NOT_JUDGED]
     by_table = {row["table"]: row for row in verdict["highlights"]["fit"]["tables"]}
     swings = [item["relative"] for item in items if item["id"].startswith("S1.")]
 

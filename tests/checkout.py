@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PNEUMO = (sys.executable, "-c", "from pneumo.cli import main; main()")
 SOURCES = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
-CACHES = (".venv", ".snakemake", "pneumo.egg-info", "__pycache__")
+CACHES = (".venv", ".snakemake", "pneumo.egg-info", "paper_verdict.egg-info", "__pycache__")
 MADE = {"results", "site", "jupyter_execute", "build", "dist", *CACHES}
 
 

@@ -140,9 +140,9 @@ def printed_once(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def _judged_once(printed_once) -> dict:
     from paper.study.paper_2006.paper import PAPER_2006
-    from paper.verdict.judging import verdict
+    from paper_verdict.judging import verdict
 
-    return verdict(printed_once, PAPER_2006)
+    return verdict(PAPER_2006, printed_once)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from paper_study import STUDY
 
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER, table5
 from paper.study.paper_2006.results import PrintedTables
-from paper.verdict.published import read_cells
+from paper_verdict.files import read_cells
 from pneumo.configuration.experiment import to_json
 from pneumo.physics.models import MODELS, lane
 from pneumo.storage.files import write, write_text

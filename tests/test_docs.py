@@ -16,6 +16,7 @@ from workflow_scripts import script
 
 import pneumo
 from paper.study.samplings import STUDY_SAMPLINGS
+from paper_verdict.command import main as judge
 from pneumo.cli import commands as cli
 from pneumo.configuration.parameters import load, study
 from workflow.jobs.checksums import write_sums
@@ -30,6 +31,7 @@ NOT_RUN = {
     ". .venv/bin/activate": "is how the tests are run",
     "uv pip install": "needs the network",
     "snakemake --profile": "needs Slurm",
+    "pip install ./paper-verdict": "it is installed",
     "pneumo paper verdict --runs": "needs another simulator's runs; tests of the papers make some",
 }
 INCLUDE = re.compile(r"^```\{include\} (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -106,6 +108,8 @@ def run_line(line: str, folder: Path) -> None:
     elif words[0] == "pneumo":
         done = CliRunner().invoke(cli.app, words[1:])
         assert done.exit_code == 0, f"{line}: {done.output} {done.exception}"
+    elif words[0] == "paper-verdict":
+        assert judge(words[1:]) == 0, line
     elif words[0] in ("cc", "./m8_test"):
         subprocess.run(words, cwd=folder, check=True)
     else:

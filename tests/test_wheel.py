@@ -2,7 +2,6 @@
 """What `pip install` gives: every engineer's command and the public names, in an empty folder."""
 
 import os
-import shutil
 import subprocess
 import sys
 import tarfile
@@ -106,20 +105,32 @@ def test_an_engineers_commands_run_in_an_empty_folder(installed, tmp_path):
     assert {f.name for f in tmp_path.iterdir()} == written
 
 
-def test_the_verdict_is_a_package_of_its_own(tmp_path):
-    source = shutil.copytree(ROOT / "paper/verdict", tmp_path / "verdict")
-    alone = tmp_path / "alone"
-    install = ["uv", "pip", "install", "--quiet", "--offline", "--no-deps", "--no-build-isolation"]
-    subprocess.run([*install, "--python", sys.executable, "--target", alone, source], check=True)
-    read = "import sys, paper.verdict.judging as j; print(j.__file__, 'pneumo' in sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", read],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(alone)},
-        capture_output=True,
-        text=True,
-    )
-    assert done.stdout == f"{alone / 'paper/verdict/judging.py'} False\n", done.stderr
+def test_paper_verdict_is_small_and_judges_alone(tmp_path):
+    """Its wheel in an empty environment: an example from nothing to a page."""
+    (wheel,) = (ROOT / "paper-verdict/dist").glob("*.whl")
+    environment = tmp_path / "env"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(environment)], check=True)
+    install = [
+        "uv",
+        "pip",
+        "install",
+        "--quiet",
+        "--python",
+        str(environment / "bin/python"),
+        *LOCKED,
+        str(wheel),
+    ]
+    for where in (["--offline"], []):
+        if subprocess.run([*install, *where], capture_output=True).returncode == 0:
+            break
+    for command in ("init", "check", "page"):
+        done = subprocess.run(
+            [environment / "bin/paper-verdict", command, "toy"], cwd=tmp_path, capture_output=True, text=True
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "toy/verdict.html").stat().st_size > 10_000
+    size = subprocess.check_output(["du", "-sm", "--exclude=*.pyc", str(environment)], text=True)
+    assert int(size.split()[0]) <= 60
 
 
 def test_the_environment_is_of_bearable_size(installed):

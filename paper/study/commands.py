@@ -23,7 +23,7 @@ paper = typer.Typer(help="Reproduction of the paper: verdict and evidence.")
 @contextmanager
 def _one_line() -> Generator[None]:
     """Show an error in a paper's files as the command line shows all errors."""
-    from paper.verdict.published import PaperError
+    from paper_verdict.errors import PaperError
     from pneumo.errors import InputError
 
     try:
@@ -48,9 +48,9 @@ def verdict(
     ] = "another simulator",
     output: Annotated[Path | None, output_to("with --runs: folder of the page [RUNS/verdict]")] = None,
 ) -> None:
-    """Judge every claim; print how many facts agree, then those that do not, worst first."""
+    """Judge every claim; print a line for each table and figure, and the facts that differ, worst first."""
     from paper.study.known_papers import current_verdict
-    from paper.study.text.verdict_text import verdict_lines
+    from paper_verdict.text import verdict_lines
     from pneumo.errors import ResultError
 
     if runs is not None and (record or paper != "2006"):
@@ -60,10 +60,10 @@ def verdict(
         typer.echo(line)
     if record:
         from paper.study import PAPERS
+        from paper_verdict.record import record_text
         from pneumo.storage.files import write_text
 
-        rows = sorted(f'{fact["name"]},"{fact["status"]}"' for fact in judged["facts"])
-        write_text("\n".join(["fact,status", *rows, ""]), PAPERS / paper / "statuses.csv")
+        write_text(record_text(judged["facts"]), PAPERS / paper / "statuses.csv")
 
 
 def _verdict_on(runs: Path, tool: str, out: Path) -> dict[str, Any]:
@@ -96,8 +96,9 @@ def explain(
 ) -> None:
     """Explain an item of the verdict or a cell of the grid."""
     from paper.study import known_papers
-    from paper.study.text.explain import cell_text, item_text
-    from paper.verdict.judging import Judge
+    from paper.study.text.explain import cell_text
+    from paper_verdict.judging import Judge
+    from paper_verdict.text import item_text
     from pneumo.errors import ResultError
 
     if len(what) == 3:
@@ -109,14 +110,9 @@ def explain(
     if len(what) != 1:
         raise ResultError("name one item, such as T7.M8.mse, or one cell, such as E07 M8 1.35")
     judged = known_papers.paper(paper)
-    judge = Judge(results / known_papers.KNOWN[paper].results, judged)
-    if what[0] not in judge.claims.items:
-        near = [name for name in judge.claims.items if name.startswith(what[0].split(".")[0] + ".")]
-        known = ", ".join(near[:6] or list(judge.claims.items)[::60])
-        raise ResultError(f"{what[0][:50]}: no such item; there are {known} ...")
+    judge = Judge(judged, results / known_papers.KNOWN[paper].results)
     errata = {name: erratum.model_dump() for name, erratum in judge.errata.items()}
-    item = judge.judge(judge.claims.items[what[0]])
-    return typer.echo(item_text(item, errata))
+    return typer.echo(item_text(judge.explain(what[0][:50]), errata))
 
 
 @paper.command()

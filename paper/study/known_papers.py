@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from paper.study import PAPERS
 
 if TYPE_CHECKING:
-    from paper.verdict.judging import Paper
+    from paper_verdict.judging import Paper
 
 PaperName = Literal["2006", "2007"]
 
@@ -54,6 +54,6 @@ def current_verdict(results: Path, name: PaperName = "2006") -> dict[str, Any]:
     stored = stored_verdict(results / known.results, folder, known.reads)
     if stored is not None:
         return stored
-    from paper.verdict.judging import verdict  # here: it imports slow packages
+    from paper_verdict.judging import verdict  # here: it imports slow packages
 
-    return verdict(results / known.results, paper(name)._replace(folder=folder))
+    return verdict(paper(name)._replace(folder=folder), results / known.results)

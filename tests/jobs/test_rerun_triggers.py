@@ -8,7 +8,7 @@ import pytest
 from checkout import ROOT
 from workflow_scripts import SCRIPTS
 
-from workflow.jobs.rerun_triggers import IMPORTED, sources
+from workflow.jobs.rerun_triggers import IMPORTED, VERDICT, sources
 
 RULE = re.compile(r"^rule (\w+):(?:(?!^rule ).)*?code=sha256_of\(([^)]*)\).*?scripts/(\w+\.py)", re.M | re.S)
 RULES = RULE.findall("".join(file.read_text() for file in sorted((ROOT / "workflow/rules").glob("*.smk"))))
@@ -22,14 +22,15 @@ def named(watched: str) -> list[Path]:
 
 def test_every_rule_watches_its_script_and_all_that_it_imports(monkeypatch):
     monkeypatch.chdir(ROOT)
-    graph = grimp.build_graph("pneumo", "paper", cache_dir=None)
+    graph = grimp.build_graph("pneumo", "paper", "paper_verdict", cache_dir=None)
     assert {script for *_, script in RULES} == {file.name for file in SCRIPTS.glob("*.py")} - {"schemes.py"}
     for _, watched, script in RULES:
         file = Path("workflow/scripts", script)
         assert file in named(watched)
         imported = [module for module, _ in IMPORTED.findall(file.read_text())]
         behind = {*imported}.union(*map(graph.find_upstream_modules, imported)) - {"paper.study"}
-        seen = {".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in sources(file)}
+        inside = (path.relative_to(VERDICT) if VERDICT in path.parents else path for path in sources(file))
+        seen = {".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in inside}
         assert behind <= seen, script
 
 
@@ -46,7 +47,11 @@ def test_every_rule_watches_its_script_and_all_that_it_imports(monkeypatch):
         ("pneumo/cli/options.py", "", f"{SIMULATED} {JUDGED} measured_air fleet_index"),
         ("pneumo/publish/figures.mplstyle", "figures evidence_figure", f"{SIMULATED} statistics verdict"),
         ("pneumo/publish/pages/templates/page.css", "verdict report fleet_index", f"{SIMULATED} figures"),
-        ("paper/verdict/judging.py", "verdict verdict_2007", f"{SIMULATED} statistics figures report"),
+        (
+            "paper-verdict/src/paper_verdict/judging.py",
+            "verdict verdict_2007",
+            f"{SIMULATED} statistics figures report",
+        ),
         ("paper/study/paper_2006/computations.py", "verdict", f"{SIMULATED} figures report verdict_2007"),
         ("paper/study/figures/measured_air_figure.py", "evidence_figure", f"{SIMULATED} {JUDGED}"),
     ],

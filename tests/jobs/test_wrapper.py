@@ -14,7 +14,7 @@ import pytest
 from snakemake.iocontainers import InputFiles, OutputFiles, Params, Wildcards
 from workflow_scripts import SCRIPTS, script
 
-from paper.verdict.published import PaperError
+from paper_verdict.errors import PaperError
 from pneumo.errors import ResultError, RunError
 from pneumo.selection.cylinder_template import write_table_template
 from workflow.jobs.wrapper import run_job

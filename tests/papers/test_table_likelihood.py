@@ -9,7 +9,7 @@ from paper.study.paper_2006.numbers_of_tables import TABLES, numbers_of_tables, 
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2006.table_likelihood import TableLikelihood
-from paper.verdict.claims import read_claims
+from paper_verdict.claims import read_claims
 from pneumo.statistics.averages import OVERALL, at_n, concatenated, statistics
 from pneumo.storage.files import read
 

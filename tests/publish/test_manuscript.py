@@ -9,7 +9,7 @@ from checkout import ROOT
 
 from paper.study.stored_runs import read_json
 from paper.study.text import manuscript as m
-from paper.verdict.facts import headline_text
+from paper_verdict.facts import headline_text
 
 FOLDER = ROOT / "paper/manuscript"
 

@@ -11,8 +11,9 @@ from page_checks import Structure, assert_accessible, assert_quiet, assert_reada
 from paper.study.pages.verdict_page import SIMULATORS, verdict_page
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.stored_runs import read_json
-from paper.study.text.explain import cell_text, item_text
-from paper.verdict.facts import headline_text
+from paper.study.text.explain import cell_text
+from paper_verdict.facts import headline_text
+from paper_verdict.text import item_text
 from pneumo.errors import ResultError
 
 pytestmark = pytest.mark.xdist_group("printed")
@@ -22,8 +23,8 @@ pytestmark = pytest.mark.xdist_group("printed")
 def judged(judged_once):
     judged = judged_once
     items = {item["id"]: item for item in judged["items"]}
-    items["T7.M5.mse"] |= {"status": "contradicted", "reason": "for this test <&>"}
-    items["S4.M6_85"]["stands_exact"] = False  # falls with exact signals
+    items["T7.M5.mse"] |= {"status": "differs, explained", "agreement": None, "reason": "for this test <&>"}
+    items["S4.M6_85"]["also"]["exact"]["holds"] = False  # falls with exact signals
     return judged
 
 
@@ -47,25 +48,33 @@ def test_every_item_has_one_row_and_every_link_a_target(judged, page):
     assert {link[1:] for link in structure.links if link.startswith("#")} <= set(structure.ids)
 
 
-def test_a_reader_sees_the_headline_then_table_7_findings_and_facts_worst_first(judged, page):
-    assert html.escape(headline_text(judged["headline"]), quote=False).replace("'", "&#39;") in page
-    heads = ['class="sharpest"', "Table 7, printed", "Finding 1", "Facts, worst first", "Errata"]
+def test_a_reader_sees_the_headline_then_a_line_for_each_table_and_figure(judged, page):
+    assert html.escape(headline_text(judged["headline"])) in page
+    heads = [
+        'class="sharpest"',
+        "Table by table",
+        "Finding 1",
+        "Print and reproduction",
+        "Facts, worst first",
+        "Errata",
+    ]
     places = [page.index(head) for head in heads]
     assert places == sorted(places)
-    rows = re.findall(r'<details class="fact" id="fact-(\w+)">', page)
-    assert rows == [fact["name"] for fact in judged["facts"]]
-    first = re.search(
-        r'<th scope="row">M1</th><td><a href="#T7.M1.mse">(.*?)</a>.*?<strong>(.*?)</strong>', page
-    )
-    assert first.groups() == ("4.96e8", "1.000")
-    assert re.search(r'id="T9.typical.M8.mse".*?<td>5.60</td><td>\S+ × 10⁶ Pa²</td>', page, re.DOTALL)
-    off = judged | {
-        "items": [i | {"reproduced": 1.05 * 1.16e7} if i["id"] == "T7.M8.mse" else i for i in judged["items"]]
-    }
-    assert "The MSE of Table 7 are reproduced within 5.0 %." in verdict_page(off, PAPER_FOLDER)
-    text = re.sub(r"<details.*?<summary>(.*?)</summary>.*?</details>", r"\1", page, flags=re.S)
-    text = re.sub(r"<(style|script)>.*?</\1>", "", text, flags=re.S)
-    assert len(re.sub("<[^>]*>", " ", text).split()) < 2500  # words that are not folded
+    lines = re.search(r'<table class="plain lines">(.*?)</table>', page, re.S)[1]
+    names = re.findall(r'<th scope="row">(?:<a [^>]*>)?([^<]+)', lines)
+    expected = [f"Table {n}" for n in range(1, 10)] + [f"Fig. {n}" for n in range(1, 13)]
+    assert names == [*expected, "Equations", "Text"]
+    assert "not true by exact" in page
+    text = re.sub(r"<(style|script|details)\b.*?</\1>", "", page, flags=re.S)
+    assert len(re.sub("<[^>]*>", " ", text).split()) < 6000  # words and numbers that are not folded
+
+
+def test_every_cell_of_a_table_has_print_and_reproduction_and_leads_to_its_file(judged, page):
+    cell = re.search(r'<a href="#T9.typical.M8.mse" title="[^"]*">(.*?)<b>(.*?)</b></a>', page)
+    assert cell.groups() == ("5.60", "5.60")
+    row = re.search(r'<tr id="T9.typical.M8.mse">(.*?)</tr>', page, re.S)[1]
+    assert "within 10 %" in row and "results/published/statistics.nc" in row and "level=" in row
+    assert page.count('class="curve"') == 5  # panels of Fig. 7, over what was read off the print
 
 
 def test_other_simulators_stand_beside_with_their_scores(judged, page, tmp_path):
@@ -115,12 +124,12 @@ class TestInBrowser:
         browser.run("fetch('http://localhost:9/').catch(() => 0)")
         assert len(browser.console) > 0  # the page's own policy forbids it
 
-    def test_a_link_opens_the_fact_that_holds_an_item(self, visit, file):
+    def test_a_link_opens_the_part_that_holds_an_item(self, visit, file):
         browser = visit(file, "#T8.E07.M7")
-        browser.wait("document.getElementById('fact-best_n').open")
+        browser.wait("document.getElementById('T8.E07.M7').closest('details').open")
         top = browser.run("document.getElementById('T8.E07.M7').getBoundingClientRect().top")
         assert -1 <= top < browser.run("innerHeight")
-        assert not browser.run("document.getElementById('fact-table_7').open")
+        assert not browser.run("document.getElementById('T7.M8.mse').closest('details').open")
 
     def test_contrast_is_at_least_4_5(self, visit, file):
         browser = visit(file)
@@ -131,7 +140,7 @@ class TestInBrowser:
     def test_axe_finds_nothing(self, visit, file):
         # Rows are alike: every twentieth is enough.
         assert_accessible(
-            visit, file, "document.querySelectorAll('.cells tr').forEach((e, i) => i % 20 && e.remove())"
+            visit, file, "document.querySelectorAll('.items tr').forEach((e, i) => i % 20 && e.remove())"
         )
 
 

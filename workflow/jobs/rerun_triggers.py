@@ -5,14 +5,19 @@ import re
 from functools import cache
 from pathlib import Path
 
-IMPORTED = re.compile(r"^ *(?:from|import) ((?:pneumo|paper)\.[\w.]+)(?: import ([\w, ]+|\([^)]*))?", re.M)
+IMPORTED = re.compile(
+    r"^ *(?:from|import) ((?:pneumo|paper|paper_verdict)\.[\w.]+)(?: import ([\w, ]+|\([^)]*))?", re.M
+)
 BESIDE = (
     "build.py",
     "*.[ch]",
     "*.csv",
     "*.mplstyle",
+    "page.*s",
     "templates/**/*.*",
 )  # what modules read in their folders
+
+VERDICT = Path("paper-verdict/src")  # a distribution of its own
 
 
 def sha256_of(*files: str) -> str:
@@ -42,6 +47,8 @@ def _used(file: Path) -> set[Path]:
     used = set[Path]().union(*map(file.parent.glob, BESIDE))
     for module, names in IMPORTED.findall(file.read_text(encoding="utf-8")):
         path = Path(*module.split("."))
+        if path.parts[0] == "paper_verdict":
+            path = VERDICT / path
         for each in (path, *(path / name for name in re.findall(r"\w+", names))):
             used |= {*filter(Path.is_file, (each.with_suffix(".py"), each / "__init__.py"))}
     return used

@@ -11,7 +11,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from paper.verdict.published import PaperError
+from paper_verdict.errors import PaperError
 from pneumo.errors import SYSTEM, PneumoError
 from workflow.jobs.run_lock import job_lock
 

@@ -32,8 +32,8 @@ rule verdict:
         assumptions="paper/2006/assumptions.yaml",
         seed_deviations="paper/2006/seed_deviations.csv",
         published=expand("paper/2006/published/table{number}.csv", number=range(1, 10)),
-        figures=expand("paper/2006/published/figure{number}.csv", number=[7, 9, 11]),
-        about=expand("paper/2006/{file}", file=["page.yaml", "findings.html.j2", "simulators.json"]),
+        figures=expand("paper/2006/published/figure{name}.csv", name=["7", "7_traces", "9", "10", "11"]),
+        about=expand("paper/2006/{file}", file=["paper.yaml", "findings.html.j2", "simulators.json"]),
     output:
         judged="<results>/verdict.json",
         page=report("<results>/verdict.html", caption="../captions/verdict.rst", category="Pages"),

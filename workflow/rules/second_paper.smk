@@ -24,7 +24,7 @@ rule verdict_2007:
         assumptions="paper/2007/assumptions.yaml",
         published=expand("paper/2007/published/table{number}.csv", number=range(1, 6)),
         quoted="paper/2007/published/quoted.csv",
-        about=["paper/2007/page.yaml", "paper/2007/findings.html.j2"],
+        about=["paper/2007/paper.yaml", "paper/2007/findings.html.j2"],
     output:
         judged="<results>/2007/verdict.json",
         page=report("<results>/2007/verdict.html", caption="../captions/verdict.rst", category="Pages"),

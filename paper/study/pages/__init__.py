@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from paper.verdict.facts import AGREES, EXPLAINED, MISPRINT, NOT_JUDGED, SCATTER, UNEXPLAINED
+from paper_verdict.facts import AGREES, EXPLAINED, MISPRINT, NOT_JUDGED, SCATTER, UNEXPLAINED
 
 STUDY_TEMPLATES = Path(__file__).parent / "templates"
 STATUS_LOOKS = {  # status -> look, symbol for readers without colour, and meaning

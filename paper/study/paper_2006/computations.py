@@ -8,7 +8,7 @@ from paper.study.paper_2006 import (
     setup_checks,
     table_cells,
 )
-from paper.verdict.sources import Computation, Finding
+from paper_verdict.findings import Computation, Finding
 
 COMPUTATIONS: dict[str, Computation] = functions_returning(
     Finding, table_cells, equation_checks, setup_checks, model_statements, run_statements

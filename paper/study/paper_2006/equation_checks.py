@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from paper.study.paper_2006.results import StudyResults
-from paper.verdict.sources import Finding
+from paper_verdict.findings import Finding
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_heat
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature

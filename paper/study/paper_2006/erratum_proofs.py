@@ -14,8 +14,8 @@ from paper.study.paper_2006.equation_checks import GAMMA, P_0, P_ATM, P_S, SONIC
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.printed_tables import read_table, table7, table9
 from paper.study.paper_2006.setup_checks import WITH_N
-from paper.verdict.errata import Proof
-from paper.verdict.published import half_unit
+from paper_verdict.errata import Proof
+from paper_verdict.files import half_unit
 from pneumo.physics.valve import Conditions, Valve, chamber_flows, exact_gas, sonic_coefficient
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from paper.study.paper_2006.paper_models import PAPER_MODELS, processes
 from paper.study.paper_2006.results import StudyResults
 from paper.study.paper_2006.table_cells import number_at
-from paper.verdict.sources import Finding
+from paper_verdict.findings import Finding
 from pneumo.statistics.averages import OVERALL
 
 

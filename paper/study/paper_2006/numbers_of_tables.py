@@ -14,7 +14,7 @@ import xarray as xr
 
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER, STATISTICS, table7, table8, table9
-from paper.verdict.published import read_cells
+from paper_verdict.files import read_cells
 
 TABLES = ("T7", "T9", "T8", "p10", "p90")  # parts of the vector, in their order
 TOLERANCE_OF_N = 0.01  # for equal n: steps are 0.05

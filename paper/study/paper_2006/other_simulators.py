@@ -14,8 +14,8 @@ from paper.study.paper_2006.results import PrintedTables, StudyResults
 from paper.study.paper_2006.summary import EXPERIMENTS, fit, scores
 from paper.study.samplings import PUBLISHED, study_sampling
 from paper.study.stored_runs import datum_dataset
-from paper.verdict.judging import Item, Paper, Sources, verdict
-from paper.verdict.sources import MissingEvidence
+from paper_verdict.findings import MissingEvidence
+from paper_verdict.judging import Item, Paper, Sources, verdict
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import ResultError, printable
 from pneumo.regular_file import regular_file
@@ -157,7 +157,7 @@ def paper_for(results: OtherResults, tool: str) -> Paper:
         return {PUBLISHED: results, "printed": printed}
 
     def about(_sources: Sources) -> dict[str, Any]:
-        return {"study": f"runs of {tool}", "failures": {}, "settling_failures": {}}
+        return {"study": f"runs of {tool}", "failures": {}}
 
     whole = list(results.study.experiments) == EXPERIMENTS
 
@@ -179,4 +179,4 @@ def paper_for(results: OtherResults, tool: str) -> Paper:
 def verdict_on(folder: Path, study: Study, tool: str, report: Any = lambda _text: None) -> dict[str, Any]:
     """Judge a folder of another simulator's runs; return the content of ``verdict.json``."""
     results = other_results(folder, study, report)
-    return verdict(folder, paper_for(results, tool)._replace(folder=PAPER_FOLDER))
+    return verdict(paper_for(results, tool)._replace(folder=PAPER_FOLDER), folder)

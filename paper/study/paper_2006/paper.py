@@ -1,4 +1,4 @@
-"""The paper of 2006: its files and functions, as `paper.verdict.judging` reads them."""
+"""The paper of 2006: its files and functions, as `paper_verdict.judging` reads them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,12 +12,15 @@ from paper.study.paper_2006.results import PrintedTables, StudyResults
 from paper.study.paper_2006.summary import EXPERIMENTS, highlights
 from paper.study.paper_2006.suspected_misprints import ARGUMENTS
 from paper.study.samplings import STUDY_SAMPLINGS
-from paper.verdict.judging import Paper, Sources
+from paper_verdict.judging import Paper, Sources
 from pneumo.configuration.experiment import plain
 from pneumo.configuration.parameters import load, study
 from pneumo.errors import ResultError
 
-RUNS = {"failures": "datum", "settling_failures": "settling"}
+RUNS = {  # kind of run -> what its failure means
+    "datum": "is left out of every average",
+    "settling": "has no settling times",
+}
 
 
 def sources(results: Path, _: Path) -> dict[str, StudyResults]:
@@ -31,10 +34,15 @@ def sources(results: Path, _: Path) -> dict[str, StudyResults]:
 
 
 def about(sources: Sources) -> dict[str, Any]:
-    """Name of the study, and when and how its full-order and settling runs failed."""
+    """Name of a study that is not the paper's, and when and how its full-order and settling runs failed."""
     results = sources["published"]
-    failures = {kind: results.failures(run) for kind, run in RUNS.items()}
-    return {"study": results.study.name} | failures
+    failures = {
+        f"{name} {meaning}": reason
+        for kind, meaning in RUNS.items()
+        for name, reason in results.failures(kind).items()
+    }
+    study = results.study.name
+    return {"study": "" if study == "paper" else study, "failures": failures}
 
 
 def changed(sources: Sources) -> str:

@@ -13,7 +13,8 @@ import numpy as np
 import xarray as xr
 
 from paper.study import PAPERS
-from paper.verdict.published import PaperError, half_unit, read_cells
+from paper_verdict.errors import PaperError
+from paper_verdict.files import Entries, half_unit, read_cells
 
 PAPER_FOLDER = PAPERS / "2006"
 
@@ -26,7 +27,7 @@ STATISTICS = {  # name in the tables -> (name in the datasets, long name, unit)
 Cell = Mapping[str, str]
 
 
-def read_table(number: int, folder: Path = PAPER_FOLDER) -> list[dict[str, str]]:
+def read_table(number: int, folder: Path = PAPER_FOLDER) -> list[Entries]:
     """Read the cells of one printed table, every value a string.
 
     Each has ``row``, ``column``, ``printed`` and ``note``, then the keys of that table. A table that the

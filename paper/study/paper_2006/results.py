@@ -11,7 +11,7 @@ from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.printed_tables import STATISTICS, percentiles, table5, table7, table8, table9
 from paper.study.paper_2006.table_likelihood import TableLikelihood, numbers_over_seeds
 from paper.study.stored_runs import failure_text, read_study
-from paper.verdict.sources import MissingEvidence
+from paper_verdict.findings import MissingEvidence
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.errors import ResultError
 from pneumo.statistics.averages import OVERALL, concatenated

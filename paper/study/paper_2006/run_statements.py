@@ -4,8 +4,8 @@ import numpy as np
 
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2006.results import StudyResults
-from paper.verdict.published import read_cells
-from paper.verdict.sources import Finding, MissingEvidence
+from paper_verdict.files import read_cells
+from paper_verdict.findings import Finding, MissingEvidence
 
 
 def swing(results: StudyResults, quantity: str, side: str) -> Finding:

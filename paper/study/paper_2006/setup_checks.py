@@ -7,7 +7,7 @@ import numpy as np
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.printed_tables import read_table, table7, table9
 from paper.study.paper_2006.results import StudyResults
-from paper.verdict.sources import Finding
+from paper_verdict.findings import Finding
 
 WITH_N = [name for name, model in PAPER_MODELS.items() if model.has_n]
 WITHOUT_N = [name for name in PAPER_MODELS if name not in WITH_N]

@@ -17,7 +17,7 @@ from paper.study.paper_2006.numbers_of_tables import TABLES
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.results import StudyResults
 from paper.study.samplings import STUDY_SAMPLINGS
-from paper.verdict.judging import Item, Sources, six_digits
+from paper_verdict.judging import Item, Sources, six_digits
 
 TABLE_NAMES = {
     "T7": "Table 7",
@@ -50,7 +50,7 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
     cells = [item for item in items if isinstance(item["reproduced"], float)]
     result: dict[str, Any] = {}
     for table in (7, 9):
-        errors = [item for item in cells if (item["table"], item["column"]) == (table, "mse")]
+        errors = [item for item in cells if (item["place"], item["column"]) == (f"Table {table}", "mse")]
         logs = [math.log1p(item["relative"]) for item in errors if item["relative"] > -1]
         if logs:
             result[f"table_{table}_mse"] = {
@@ -60,9 +60,10 @@ def scores(items: Sequence[Item]) -> dict[str, Any]:
                 "highest_ratio": six_digits(math.exp(max(logs))),
             }
     for table in (8, 5):
-        statuses = [item["status"] for item in cells if item["table"] == table]
-        exact, close = statuses.count("exact"), statuses.count("close")
-        result[f"table_{table}"] = {"cells": len(statuses), "exact": exact, "exact_or_close": exact + close}
+        agreements = [item["agreement"] for item in cells if item["place"] == f"Table {table}"]
+        exact = agreements.count("exact")
+        close = agreements.count("close")
+        result[f"table_{table}"] = {"cells": len(agreements), "exact": exact, "exact_or_close": exact + close}
     return result
 
 

@@ -9,7 +9,8 @@ from paper.study.paper_2006.numbers_of_tables import EXCHANGED, TOLERANCE_OF_N
 from paper.study.paper_2006.printed_tables import percentiles, table5, table7, table8, table9
 from paper.study.paper_2006.results import StudyResults
 from paper.study.paper_2006.table_cells import number_at
-from paper.verdict.errata import Proof
+from paper_verdict.errata import Proof
+from paper_verdict.findings import MissingEvidence
 from pneumo.statistics.averages import at_n
 
 ALIKE = 0.01  # deviation of a settling time that counts as agreement: the class `settling`
@@ -87,4 +88,19 @@ def early_temperatures(results: StudyResults) -> tuple[bool, str]:
     return beyond == ["E04 T_A", "E08 T_A"], f"reproduced over printed: {shown}"
 
 
-ARGUMENTS: dict[str, Proof] = functions_returning(tuple[bool, str], sys.modules[__name__])
+def _of_whole_study(argue: Proof) -> Proof:
+    """An argument that is not to be judged by a study without the experiments that it needs."""
+
+    def argue_or_miss(results: StudyResults) -> tuple[bool, str]:
+        try:
+            return argue(results)
+        except KeyError as error:
+            raise MissingEvidence(f"the results lack {error}") from None
+
+    return argue_or_miss
+
+
+ARGUMENTS: dict[str, Proof] = {
+    name: _of_whole_study(argue)
+    for name, argue in functions_returning(tuple[bool, str], sys.modules[__name__]).items()
+}

@@ -9,7 +9,7 @@ from paper.study.paper_2006.equation_checks import GAMMA
 from paper.study.paper_2006.paper_models import PAPER_MODELS, table_1_row
 from paper.study.paper_2006.printed_tables import STATISTICS, read_table
 from paper.study.paper_2006.results import StudyResults
-from paper.verdict.sources import Finding, MissingEvidence
+from paper_verdict.findings import Finding, MissingEvidence
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.models import lane
 

@@ -10,7 +10,7 @@ from paper.study.paper_2006 import equation_checks as equations
 from paper.study.paper_2007 import simulated_example as example
 from paper.study.paper_2007.results import Results
 from paper.study.paper_2007.seven_steps import mean_pressure
-from paper.verdict.sources import Computation, Finding
+from paper_verdict.findings import Computation, Finding
 
 WALL = 2e-3  # m, ASSUME: thickness of a cylinder's wall
 CONDUCTIVITY = {"stainless steel": 15.0, "steel": 50.0, "aluminium alloy": 160.0}  # W/(m K), textbooks

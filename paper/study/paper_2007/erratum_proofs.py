@@ -11,8 +11,8 @@ from paper.study.paper_2007 import simulated_example as example
 from paper.study.paper_2007.computations import sonic_factor
 from paper.study.paper_2007.printed_tables import COLUMNS, PAPER_FOLDER
 from paper.study.paper_2007.results import Results
-from paper.verdict.errata import Proof
-from paper.verdict.published import half_unit
+from paper_verdict.errata import Proof
+from paper_verdict.files import half_unit
 
 PRINTED = {"lambda_av": 16.07, "P_av": 2.023e5, "T_av": 310.42, "lambda_0": 26.16}  # simulated example
 

@@ -1,4 +1,4 @@
-"""The paper of 2007: its files and functions, as `paper.verdict.judging` reads them."""
+"""The paper of 2007: its files and functions, as `paper_verdict.judging` reads them."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from paper.study.paper_2007.erratum_proofs import PROOFS
 from paper.study.paper_2007.printed_tables import PAPER_FOLDER
 from paper.study.paper_2007.results import Results
 from paper.study.paper_2007.summary import highlights
-from paper.verdict.judging import Paper
+from paper_verdict.judging import Paper
 
 
 def sources(results: Path, folder: Path) -> dict[str, Results]:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from paper.study import PAPERS
-from paper.verdict.published import half_unit, read_cells
+from paper_verdict.files import half_unit, read_cells
 
 PAPER_FOLDER = PAPERS / "2007"
 COLUMNS = tuple(f"{cylinder}{experiment}" for experiment in "12" for cylinder in "ABC")

@@ -10,8 +10,8 @@ import numpy as np
 from paper.study.paper_2007.printed_tables import COLUMNS, PAPER_FOLDER
 from paper.study.paper_2007.results import Results
 from paper.study.paper_2007.simulated_example import AREAS, LAMBDA_0, P_0, STEPS, T_0, TAKEN, WALL_AREA
-from paper.verdict.judging import Item, Sources, six_digits
-from paper.verdict.published import half_unit, read_cells
+from paper_verdict.files import half_unit, read_cells
+from paper_verdict.judging import Item, Sources, six_digits
 from pneumo.catalogue import coefficient_times_length
 from pneumo.physics.cylinder import wetted_area
 

@@ -1,1 +1,1 @@
-"""Text of the study: tables, explanations of one item, and numbers of the manuscript."""
+"""Text of the study: tables, explanations of one cell, and numbers of the manuscript."""

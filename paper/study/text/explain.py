@@ -1,56 +1,10 @@
-"""One item of the verdict, or one cell of the grid, as text for a terminal."""
+"""One cell of the grid as text for a terminal."""
 
 import re
-import textwrap
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-from paper.verdict.claims import BASES
 from pneumo.errors import ResultError, shown
 from pneumo.storage.files import read
-
-TEXT_WIDTH = 100
-PROVED = {True: "true", False: "false", None: "open"}
-
-
-def item_text(item: Mapping[str, Any], errata: Mapping[str, Any]) -> str:
-    """Text of an item of `paper.verdict.judging.Judge.judge`: claim, reproduced value, status, reason.
-
-    `errata` are those of ``verdict.json`` by name.
-    """
-    tolerance = item["tolerance"]
-    sense = "" if tolerance["sense"] == "equal" else f", {tolerance['sense'].replace('_', ' ')}"
-    seeds = f"; at most {tolerance['seeds']:g} of the deviation over seeds" if tolerance["seeds"] else ""
-    scale = "" if item["scale"] in (1, 0.01) else f" x {item['scale']:g}"
-    lines = [
-        ("where", item["where"]),
-        ("claim", item["statement"]),
-        ("printed", f"{item['printed']}{scale} {item['unit']}".strip()),
-        ("reproduced", item["shown"] or "nothing"),
-        ("status", item["status"]),
-        ("reason", item["reason"]),
-        (
-            "tolerance",
-            f"class {tolerance['class']}{sense}: {tolerance['limit']:g}, {tolerance['measure']}{seeds}",
-        ),
-        ("basis", f"{item['basis']}: {BASES[item['basis']]}"),
-        ("fact", item["fact"]),
-        ("seeds", "" if item["seeds"] is None else f"{item['seeds']:+.2g} standard deviations over seeds"),
-    ]
-    for key, label in (("exact", "with exact signals"), ("printed", "by the paper's own tables")):
-        if (stands := item[f"stands_{key}"]) is not None:
-            value = f": {item[f'shown_{key}']}" if item[f"shown_{key}"] else ""
-            lines.append((label, ("true" if stands else "not true") + value))
-    for name in item["errata"]:
-        erratum = errata[name]
-        lines.append(("erratum", f"{name}: {erratum['printed']} -> {erratum['meant']}"))
-        lines.append(("proof", f"{PROVED[erratum['passes']]}: {erratum['evidence']}"))
-    evidence = item["evidence"]
-    lines.append(("evidence", f"{evidence['path']}: {evidence['select']} ({evidence['compute']})"))
-    wrapped = textwrap.TextWrapper(TEXT_WIDTH, subsequent_indent=" " * 28, break_long_words=False)
-    filled = (wrapped.fill(f"  {label:26}{text}") for label, text in lines if text)
-    return "\n".join([item["id"], *filled])
 
 
 def cell_text(results: Path, experiment: str, model: str, n: float) -> str:

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from paper.study.samplings import EXACT, STUDY_SAMPLINGS
 from paper.study.stored_runs import read_json, read_study
-from paper.study.text.verdict_text import size_text
-from paper.verdict.facts import AGREES, NOT_JUDGED, headline_text
+from paper_verdict.facts import AGREES, NOT_JUDGED, headline_text
+from paper_verdict.text import size_text
 from pneumo.configuration.experiment import Study
 from pneumo.physics.models import MODELS
 from pneumo.publish.text.formatting import percent_text

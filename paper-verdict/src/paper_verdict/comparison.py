@@ -1,19 +1,37 @@
-"""Computed numbers and truth values compared with printed ones. The rules are in decisions 10 and 39."""
+"""Computed numbers and truth values compared with printed ones."""
 
 import math
-from decimal import Decimal
 from typing import Literal
 
-from paper.verdict.claims import READ_OFF, Claim, ToleranceClass
-from paper.verdict.sources import Finding
+from paper_verdict.claims import NUMERIC, Claim, ToleranceClass
+from paper_verdict.errors import PaperError
+from paper_verdict.files import decimals
+from paper_verdict.findings import Finding
 
 Agreement = Literal["exact", "close"] | None  # None outside the tolerance class
+
+
+def check_kind(claim: Claim, tolerance: ToleranceClass, finding: Finding, place: str) -> None:
+    """Refuse a finding of another kind than the print: a text for a number, or a number for a statement."""
+    if finding == Finding():
+        raise PaperError(f"{place}: returned an empty Finding; give it a value, holds, or low and high")
+    if (finding.low is None) != (finding.high is None):
+        raise PaperError(f"{place}: returned an interval with one end; give low and high")
+    if tolerance.measure in NUMERIC and not finding.is_number:
+        what = finding.shown if finding.holds is None else finding.holds
+        raise PaperError(
+            f"{place}: returned {what!r}, the print is the number {claim.printed}; return a number"
+        )
+    if finding.is_number and not claim.has_number and tolerance.measure != "log10":
+        raise PaperError(
+            f"{place}: returned a number, the print is {claim.printed!r}; return True or False, or the text"
+        )
 
 
 def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Agreement:
     """Compare a finding with a claim, within the tolerance class that the claim names."""
     limit = tolerance.limit
-    # From the deviation over seeds: a smaller margin is doubtful, and an n that costs less is close.
+    # From the deviation over seeds: a smaller margin is doubtful, and a choice that costs less is close.
     doubtful = (tolerance.seeds or 0.0) * (claim.seed_deviation or 0.0)
     if finding.holds is not None:
         certain = finding.margin is None or finding.margin >= doubtful
@@ -40,6 +58,9 @@ def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Agreem
     elif claim.sense == "at_most":
         exact = exact or off <= 0
         close = off <= largest + slack
+    elif claim.sense == "at_least":
+        exact = exact or off >= 0
+        close = off >= -largest - slack
     else:
         close = abs(off) <= largest + slack
     close = close and not (tolerance.signed and nearest * claim.value < 0)
@@ -57,8 +78,18 @@ def relative_deviation(claim: Claim, tolerance: ToleranceClass, finding: Finding
     value = finding.nearest(claim.value)
     if claim.unit.startswith("log10"):
         return 10 ** (value - claim.value) - 1
-    unit = claim.sigma if tolerance.measure == "sigma" and claim.tolerance != READ_OFF else abs(claim.value)
+    unit = claim.sigma if tolerance.measure == "sigma" and not claim.reading else abs(claim.value)
     return (value - claim.value) / unit if unit else None
+
+
+def deviation_in_seeds(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> float | None:
+    """Deviation of a number of a table or figure in standard deviations over seeds.
+
+    None for statements and best choices, whose seed deviation is that of a margin or of a cost.
+    """
+    if finding.value is None or not claim.seed_deviation or not claim.row or tolerance.measure == "index":
+        return None
+    return (finding.value - claim.value) / claim.seed_deviation
 
 
 def as_printed(value: float, claim: Claim, exact: bool) -> str:
@@ -67,16 +98,16 @@ def as_printed(value: float, claim: Claim, exact: bool) -> str:
     If it is not `exact`, it gets more digits until it differs from the print and is rounded by at most 1 %.
     """
     number = value / claim.scale
-    mantissa, _, power = claim.printed.partition("e")
-    exponent = Decimal(mantissa).as_tuple().exponent
-    decimals = max(0, -exponent) if isinstance(exponent, int) else 0
+    power = "e" in claim.printed.lower() and claim.has_number
+    places = decimals(claim.printed)
     while True:
         if power:
             shift = math.floor(math.log10(abs(number))) if number else 0
-            text = f"{number / 10.0**shift:.{decimals}f}e{shift}"
+            text = f"{number / 10.0**shift:.{places}f}e{shift}"
         else:
-            text = f"{number:.{decimals}f}"
+            text = f"{number:.{places}f}"
         near = abs(float(text) - number) <= 0.01 * abs(number)
-        if exact or decimals > 8 or (near and float(text) != float(claim.printed)):
+        differs = not claim.has_number or float(text) != float(claim.printed)
+        if exact or places > 8 or (near and differs):
             return text
-        decimals += 1
+        places += 1

@@ -2,12 +2,12 @@
 
 import pytest
 
-from paper.verdict.claims import Claim, ToleranceClass
-from paper.verdict.comparison import as_printed, compare, relative_deviation
-from paper.verdict.published import half_unit
-from paper.verdict.sources import Finding
+from paper_verdict.claims import Claim, ToleranceClass
+from paper_verdict.comparison import as_printed, compare, relative_deviation
+from paper_verdict.files import half_unit
+from paper_verdict.findings import Finding
 
-READ_OFF = {"tolerance": "read_off", "sigma": 0.1}
+READ_OFF = {"reading": True, "sigma": 0.1}
 FINDINGS = [  # finding, measure, limit, changes of the claim (printed: 2.0), agreement
     (Finding(2.05), "relative", 0.1, {}, "exact"),  # the edge of half a unit
     (Finding(2.0501), "relative", 0.1, {}, "close"),
@@ -18,6 +18,9 @@ FINDINGS = [  # finding, measure, limit, changes of the claim (printed: 2.0), ag
     (Finding(1.0), "relative", 0.1, {"sense": "at_most"}, "exact"),
     (Finding(2.2), "relative", 0.1, {"sense": "at_most"}, "close"),
     (Finding(2.3), "relative", 0.1, {"sense": "at_most"}, None),
+    (Finding(3.0), "relative", 0.1, {"sense": "at_least"}, "exact"),
+    (Finding(1.8), "relative", 0.1, {"sense": "at_least"}, "close"),
+    (Finding(1.7), "relative", 0.1, {"sense": "at_least"}, None),
     (Finding(2.5), "sigma", 0.1, {"sigma": 5.0}, "close"),
     (Finding(2.6), "sigma", 0.1, {"sigma": 5.0}, None),
     (Finding(24.0), "relative", 0.0, {"printed": "20", "digits": 1}, "exact"),
@@ -102,7 +105,7 @@ def test_value_is_written_like_the_printed_one(value, changes, exact, text):
         (Finding(value=2.5), "relative", {}, 0.25),
         (Finding(value=-1.5), "relative", {"printed": "-2.0"}, 0.25),
         (Finding(value=2.5), "sigma", {"sigma": 5.0}, 0.1),
-        (Finding(value=2.5), "sigma", {"sigma": 5.0, "tolerance": "read_off"}, 0.25),
+        (Finding(value=2.5), "sigma", {"sigma": 5.0, "reading": True}, 0.25),
         (Finding(value=3.0), "absolute", {"unit": "log10"}, 9.0),  # ten times the printed number
         (Finding(low=1.0, high=1.5), "relative", {}, -0.25),  # from the nearest of a range
         (Finding(low=1.0, high=3.0), "relative", {}, 0.0),

@@ -1,11 +1,13 @@
 """Result of the computation of a claim.
 
 A computation takes one of a paper's sources, such as the results of a study, and the claim's arguments; it
-returns a `Finding`.
+returns a `Finding`, or a number, a truth value or a text.
 """
 
+import math
 from collections.abc import Callable
-from typing import NamedTuple
+from numbers import Real
+from typing import Any, NamedTuple
 
 
 class MissingEvidence(LookupError):
@@ -18,8 +20,8 @@ class Finding(NamedTuple):
     value: float | None = None  # in the claim's unit (a fraction where the claim has per cent)
     holds: bool | None = None  # whether a statement is true, where there is no number to compare
     shown: str = ""  # the finding in words, where the number alone does not say it
-    #: Distance of a statement from being false, decades of mean square error (above 0: true); of a best n,
-    #: cost of the printed one: logarithm of a ratio of mean square errors.
+    #: Distance of a statement from being false, in the unit of its seed deviation (above 0: true); of a class
+    #: measured as ``index``, cost of the printed choice over that of the best one.
     margin: float | None = None
     low: float | None = None  # interval instead of a value, where the paper does not say which run it means
     high: float | None = None
@@ -31,6 +33,12 @@ class Finding(NamedTuple):
         """Whether the result is a number or an interval, not a statement or a mark."""
         return self.value is not None or self.low is not None
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether no number of it is infinite or NaN, as those of a failed run are."""
+        numbers = (self.value, self.low, self.high)
+        return all(number is None or math.isfinite(number) for number in numbers)
+
     def nearest(self, number: float) -> float:
         """The value, or the number of the interval that is nearest to `number`."""
         if self.value is not None:
@@ -38,4 +46,19 @@ class Finding(NamedTuple):
         return min(max(number, self.low or 0.0), self.high or 0.0)
 
 
-Computation = Callable[..., Finding]
+Computation = Callable[..., Any]
+
+
+def as_finding(result: Any) -> Finding:
+    """Finding of whatever a computation returned; `TypeError` if it is nothing that can be compared."""
+    if isinstance(result, Finding):
+        return result
+    if hasattr(result, "item") and getattr(result, "size", 1) == 1:  # a number of NumPy or xarray
+        result = result.item()
+    if isinstance(result, bool):
+        return Finding(holds=result)
+    if isinstance(result, str):
+        return Finding(shown=result)
+    if isinstance(result, Real):
+        return Finding(float(result))
+    raise TypeError(f"returned {result!r:.80}; return a number, True or False, a text or a Finding")

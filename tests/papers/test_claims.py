@@ -12,12 +12,12 @@ from checkout import ROOT, edit
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2007.paper import PAPER_2007
-from paper.verdict.claims import read_claims
-from paper.verdict.errata import read_errata
-from paper.verdict.facts import Assumption, choices
-from paper.verdict.published import PaperError
+from paper_verdict.claims import read_claims
+from paper_verdict.errata import read_errata
+from paper_verdict.errors import PaperError
+from paper_verdict.facts import Assumption, choices
 
-CLAIMS, ASSUMPTIONS = read_claims(PAPER_FOLDER), Assumption.read_all(PAPER_FOLDER, "assumptions.yaml")
+CLAIMS, ASSUMPTIONS = read_claims(PAPER_FOLDER), Assumption.read_all(PAPER_FOLDER / "assumptions.yaml")
 SUSPECTED = {"columns_of_table_8", "row_of_M10", "early_temperatures"}  # proofs that need results
 
 
@@ -25,7 +25,7 @@ SUSPECTED = {"columns_of_table_8", "row_of_M10", "early_temperatures"}  # proofs
 def test_whatever_a_claim_names_is_there_and_whatever_is_there_is_named(paper):
     claims, errata = read_claims(paper.folder), read_errata(paper.folder, paper.proofs)
     for claim in claims.items.values():
-        assert claim.statement or claim.table, claim.id
+        assert claim.statement or claim.row, claim.id
         assert {claim.erratum, claim.see} - {None} <= set(errata), claim.id
         assert claim.evidence["path"].startswith("results/") or (ROOT / claim.evidence["path"]).is_file()
     assert {claim.compute for claim in claims.items.values()} == set(paper.computations)
@@ -34,7 +34,7 @@ def test_whatever_a_claim_names_is_there_and_whatever_is_there_is_named(paper):
     assert all(erratum.passes and erratum.evidence for erratum in errata.values())
     assert {claim.fact for claim in claims.items.values()} == set(claims.facts)  # none without an item
     for name, fact in claims.facts.items():
-        choices(fact.chosen, Assumption.read_all(paper.folder, "assumptions.yaml"))
+        choices(fact.chosen, Assumption.read_all(paper.folder / "assumptions.yaml"))
         assert (fact.basis == "fitted") == bool(fact.chosen), name
         for pattern in fact.items:
             assert any(fnmatchcase(key, pattern) for key in claims.items), pattern
@@ -64,7 +64,11 @@ def test_assumptions_are_those_of_the_configuration():
     ("old", "new", "words"),
     [
         ("id: S1.P_down\n", "id: S1.P_0\n", "id = 'S1.P_0': is repeated"),
-        ("class: half_bridge", "class: halfbridge", "class = 'halfbridge': must be one of printed"),
+        (
+            "class: half_bridge",
+            "class: halfbridge",
+            "class = 'halfbridge': no such class; did you mean 'half_bridge'?",
+        ),
         ("sense: at_most", "sense: about", "sense = 'about'"),
     ],
 )

@@ -2,9 +2,7 @@
 
 import pytest
 
-from paper.study.pages.verdict_page import verdict_page
-from paper.verdict.judging import Paper, verdict
-from paper.verdict.sources import Finding, MissingEvidence
+from paper_verdict import Finding, MissingEvidence, Paper, page, verdict
 
 FILES = {
     "published/table1.csv": """\
@@ -54,9 +52,8 @@ boils:
     "assumptions.yaml": """
 pressure: {open: pressure, value: 101325, unit: Pa, basis: usual, alternatives: {}}
 """,
-    "page.yaml": """
-{title: Water, authors: A. Toy, journal: J. Toys 1 (2030), doi: 10.0/0, how: Looked up;, decision: none,
- proofs: here, commands: none}
+    "paper.yaml": """
+{title: Water, authors: A. Toy, journal: J. Toys 1 (2030), doi: 10.0/0, how: Looked up.}
 """,
 }
 
@@ -84,25 +81,25 @@ def toy(tmp_path) -> Paper:
 
 
 def test_a_toy_paper_is_judged_and_has_its_page(toy):
-    judged = verdict(toy.folder / "results", toy)
+    judged = verdict(toy)
     assert {item["id"]: item["status"] for item in judged["items"]} == {
-        "T1.water.density": "exact",
-        "T1.water.boils": "explained",
-        "S1.sinks": "contradicted",
-        "S1.near": "close",
+        "T1.water.density": "agrees",
+        "T1.water.boils": "misprint",
+        "S1.sinks": "differs, unexplained",  # no proof: who knows whose mistake it is
+        "S1.near": "agrees",
         "S1.salt": "not judged",
     }
     rows = {fact["name"]: (fact["status"], fact["agree"], fact["judged"]) for fact in judged["facts"]}
-    assert rows == {"water": ("misprint", 2, 3), "ice": ("differs, explained", 0, 1)}
-    page = verdict_page(judged, toy.folder)
-    assert "A. Toy" in page and 'id="S1.salt"' in page and "nobody tasted it" in page and "1 not run" in page
+    assert rows == {"water": ("misprint", 2, 3), "ice": ("differs, unexplained", 0, 1)}
+    text = page(judged)
+    assert "A. Toy" in text and 'id="S1.salt"' in text and "nobody tasted it" in text and "1 not run" in text
 
 
 def test_a_claim_whose_run_failed_is_not_judged(toy):
     failed = toy._replace(
         computations=toy.computations | {"property_of": lambda water, name: Finding(float("nan"))}
     )
-    status = {item["id"]: item["status"] for item in verdict(toy.folder / "results", failed)["items"]}
+    status = {item["id"]: item["status"] for item in verdict(failed)["items"]}
     assert status["S1.near"] == status["T1.water.density"] == "not judged"
 
 
@@ -114,10 +111,10 @@ def test_a_suspected_misprint_is_shown_beside_its_items_and_changes_nothing(toy)
     errata = toy.folder / "errata.yaml"
     errata.write_text(f"{FILES['errata.yaml']}cold: {suspected % 'cold'}\nsalty: {suspected % 'salty'}\n")
     proofs = {"cold": lambda water: (water["density"] < 998, "998.2 in fact"), "salty": salty}
-    judged = verdict(toy.folder / "results", toy._replace(proofs=toy.proofs | proofs))
+    judged = verdict(toy._replace(proofs=toy.proofs | proofs))
     assert [item["errata"] for item in judged["items"]] == [["cold", "salty"], ["boils"], [], [], []]
     outcomes = [(erratum["id"], erratum["passes"]) for erratum in judged["errata"]]
     assert outcomes == [("boils", True), ("cold", False), ("salty", None)]
-    assert judged["items"][0]["status"] == "exact"
-    page = verdict_page(judged, toy.folder)
-    assert "998.2 in fact" in page and 'href="#erratum-salty"' in page
+    assert judged["items"][0]["status"] == "agrees"
+    text = page(judged)
+    assert "998.2 in fact" in text and 'href="#erratum-salty"' in text

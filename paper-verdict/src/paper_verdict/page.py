@@ -1,0 +1,405 @@
+"""The page of a verdict: one HTML file that loads nothing, for light and dark, wide and narrow screens.
+
+First a line for each table and figure, then each table with print and reproduction and each figure with both
+curves; every number leads to its cell and its tolerance. Then facts, errata and assumptions.
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+from paper_verdict.charts import curve_chart, point_charts
+from paper_verdict.claims import UNITS_IN_TEXT
+from paper_verdict.facts import (
+    AGREES,
+    BASES,
+    EXPLAINED,
+    MISPRINT,
+    NOT_JUDGED,
+    SCATTER,
+    UNEXPLAINED,
+    headline_text,
+)
+from paper_verdict.text import agree_text, cell_text, deviation_text, size_text, tolerance_text
+
+LOOKS = {  # status -> class of the style sheet, symbol for readers without colour, and meaning
+    AGREES: ("agrees", "=", "equal at the printed digits, within the reading of a figure, or close"),
+    SCATTER: ("scatter", "≈", "differs by no more than other random numbers would change it"),
+    MISPRINT: ("misprint", "†", "differs; a misprint, proved from printed numbers alone, accounts for it"),
+    EXPLAINED: (
+        "explained",
+        "≠",
+        "differs; somebody's reason, or an argument from the results, accounts for it",
+    ),
+    UNEXPLAINED: ("unexplained", "!", "differs, and nothing accounts for it"),
+    NOT_JUDGED: ("unjudged", "·", "cannot fail, or was not run"),
+}
+LONGEST_IN_GRID = 14  # characters of a result that is no number
+Row = Mapping[str, Any]
+
+
+def page(verdict: Mapping[str, Any], findings: str = "", evidence: Sequence[str] = ()) -> str:
+    """Write the page of a verdict; the same verdict gives the same text.
+
+    `findings` is HTML of the paper's own, shown after the overview; `evidence` has a text for each further
+    file behind the verdict.
+    """
+    about = verdict["paper"]
+    title = escape(about["title"])
+    source = files("paper_verdict")
+    style = source.joinpath("page.css").read_text(encoding="utf-8")
+    script = source.joinpath("page.js").read_text(encoding="utf-8")
+    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+    parts = [
+        "<!DOCTYPE html>",
+        '<html lang="en">',
+        '<head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">',
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+        f"<title>Verdict: {title}</title>",
+        f"<style>\n{style}</style></head>",
+        '<body><a class="skip" href="#lines">Skip to the overview</a>',
+        *_header(verdict, about),
+        "<main>",
+        *_lines(verdict["places"]),
+        findings,
+        *_places(verdict),
+        *_facts(verdict, about),
+        *_errata(verdict["errata"], about),
+        *_assumptions(verdict["assumptions"]),
+        "</main>",
+        *_footer(about, evidence),
+        f"<script>\n{script}</script>",
+        "</body></html>",
+        "",
+    ]
+    return "\n".join(parts)
+
+
+def marked(text: str) -> str:
+    """Escape a text; set indices, as in k_0, as subscripts, and names in backticks as code."""
+    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text))
+    return re.sub(r"\b([A-Za-z]|λ)_([A-Za-z0-9]+)\b", r"\1<sub>\2</sub>", text)
+
+
+def badge(status: str, text: str = "") -> str:
+    """A status as a coloured label."""
+    look, symbol, meaning = LOOKS[status]
+    return (
+        f'<span class="badge {look}" title="{escape(meaning)}"><span aria-hidden="true">{symbol}</span> '
+        f"{escape(text or status)}</span>"
+    )
+
+
+def _anchor(place: str) -> str:
+    return "place-" + re.sub(r"\W+", "-", place.lower()).strip("-")
+
+
+def _table(heads: Sequence[str], rows: Iterable[str], kind: str = "plain") -> str:
+    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in heads)
+    body = "\n".join(rows)
+    return (
+        '<div class="scroll" tabindex="0"><table'
+        f' class="{kind}"><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n'
+        "</tbody></table></div>"
+    )
+
+
+def _header(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
+    yield "<header>"
+    yield '<p class="kicker">paper-verdict</p>'
+    yield f"<h1>{escape(about['title'])}: what is reproduced</h1>"
+    yield f'<p class="sharpest">{escape(headline_text(verdict["headline"]))}</p>'
+    source = [about["authors"], about["journal"]]
+    words = [escape(", ".join(filter(None, source)))]
+    if about["doi"]:
+        words.append(f'<a href="https://doi.org/{escape(about["doi"])}">doi:{escape(about["doi"])}</a>')
+    lead = ", ".join(filter(None, words))
+    others = "".join(
+        f' Another paper: <a href="{escape(address)}">{escape(name)}</a>.'
+        for name, address in about["others"].items()
+    )
+    lead += ". " if lead else ""
+    count = len(verdict["items"])
+    compared = (
+        "1 printed number or statement is" if count == 1 else f"{count} printed numbers and statements are"
+    )
+    yield f"<p>{lead}{marked(about['how'])} {compared} compared with the reproduction.{others}</p>"
+    if verdict["study"]:
+        yield (
+            f'<p class="warning"><strong>This is “{escape(verdict["study"])}”, not the paper\'s own'
+            " study:</strong>"
+            " what needs another run is not judged.</p>"
+        )
+    for name, reason in verdict["failures"].items():
+        yield f'<p class="warning"><strong>{escape(name)}:</strong> {escape(reason)}.</p>'
+    yield "</header>"
+
+
+def _lines(places: Sequence[Row]) -> Iterable[str]:
+    """A line for each table and figure."""
+    yield '<section aria-labelledby="lines"><h2 id="lines">Table by table, figure by figure</h2>'
+    rows: list[str] = []
+    for place in places:
+        title = escape(place["name"])
+        link = f'<a href="#{_anchor(place["name"])}">{title}</a>' if place["items"] else title
+        result = f"{badge(place['status'])} " if place["items"] else ""
+        worst = ""
+        if place["worst"]:
+            name = escape(place["worst"])
+            worst = f'{deviation_text(place["deviation"])} (<a href="#{name}">{name}</a>)'
+        chosen = ""
+        if place["chosen"]:
+            chosen = f'<a href="#assumptions">{len(place["chosen"])} assumptions</a>'
+        picture = ""
+        if place["link"]:
+            picture = f'<a href="{escape(place["link"])}">{escape(place["link"].rpartition("/")[2])}</a>'
+        cells = {
+            "": result + marked(agree_text(place)),
+            "worst": worst,
+            "fitted to it": chosen,
+            "file": picture,
+        }
+        rows.append(f'<tr><th scope="row">{link}</th>{_labelled(cells.items())}</tr>')
+    yield _table(["of the paper", "result", "worst number", "fitted to it", "file"], rows, "plain lines")
+    yield "</section>"
+
+
+def _places(verdict: Mapping[str, Any]) -> Iterable[str]:
+    """Each table with print and reproduction, each figure with both curves, and statements."""
+    yield '<section aria-labelledby="places"><h2 id="places">Print and reproduction</h2>'
+    yield (
+        "<p>In each cell the print is above and the reproduction below it, coloured by status. A"
+        " number leads to its"
+        " file, its place there, and its tolerance.</p>"
+    )
+    errata = {erratum["id"]: erratum for erratum in verdict["errata"]}
+    for place in verdict["places"]:
+        items = [item for item in verdict["items"] if item["place"] == place["name"]]
+        if not items:
+            continue
+        yield f'<section id="{_anchor(place["name"])}"><h3>{escape(place["name"])}</h3>'
+        yield f"<p>{badge(place['status'])} {marked(agree_text(place))}</p>"
+        curves = [c for c in verdict["curves"] if f"Fig. {c['figure']}" == place["name"]]
+        for curve in curves:
+            yield curve_chart(curve)
+        cells = [item for item in items if item["row"]]
+        if place["name"].startswith("Fig.") and not curves:
+            yield from point_charts(cells)
+        yield from _grids(cells)
+        yield f"<details><summary>Each of the {len(items)}: place, tolerance, deviation</summary>"
+        heads = ["item", "printed", "reproduced", "deviation", "status", "from, within"]
+        yield _table(heads, (_item_row(item, errata) for item in items), "plain items")
+        yield "</details></section>"
+    yield "</section>"
+
+
+def _grids(cells: Sequence[Row]) -> Iterable[str]:
+    """A table of a place's cells, laid out as printed; groups where a row and a column are not enough."""
+    if not cells:
+        return
+    keys = _telling_keys(cells)
+    columns = list(dict.fromkeys(item["column"] for item in cells))
+    if keys and len(columns) == 1:  # rows by key
+        columns = list(dict.fromkeys(_group(item, keys) for item in cells))
+        by_place = {(item["row"], _group(item, keys), ""): item for item in cells}
+        groups = [""]
+    else:
+        by_place = {(item["row"], item["column"], _group(item, keys)): item for item in cells}
+        groups = list(dict.fromkeys(_group(item, keys) for item in cells))
+    head = "".join(f'<th scope="col">{marked(column)}</th>' for column in columns)
+    rows: list[str] = []
+    for group in groups:
+        if group:
+            rows.append(
+                f'<tr class="group"><th colspan="{len(columns) + 1}"'
+                f' scope="rowgroup">{marked(group)}</th></tr>'
+            )
+        for row in dict.fromkeys(item["row"] for item in cells):
+            members = [by_place.get((row, column, group)) for column in columns]
+            if any(members):
+                body = "".join(_cell(item) if item else '<td class="empty"></td>' for item in members)
+                rows.append(f'<tr><th scope="row">{marked(row)}</th>{body}</tr>')
+    units = dict.fromkeys(_unit(item) for item in cells)
+    note = f"<p><small>In {', '.join(map(escape, filter(None, units)))}.</small></p>" if any(units) else ""
+    yield (
+        '<div class="scroll" tabindex="0"><table'
+        f' class="grid"><thead><tr><th></th>{head}</tr></thead>\n<tbody>'
+        f"{chr(10).join(rows)}</tbody></table></div>{note}"
+    )
+
+
+def _telling_keys(cells: Sequence[Row]) -> list[str]:
+    """Fewest keys that tell apart cells with the same row and column."""
+    names = list(dict.fromkeys(key for item in cells for key in item["keys"]))
+
+    def unique(keys: Sequence[str]) -> bool:
+        places = [(i["row"], i["column"], *(i["keys"].get(key, "") for key in keys)) for i in cells]
+        return len(set(places)) == len(places)
+
+    if unique([]):
+        return []
+    return next(([name] for name in names if unique([name])), names)
+
+
+def _group(item: Row, keys: Sequence[str]) -> str:
+    values = [item["keys"].get(key, "") for key in keys]
+    return ", ".join(f"{k} {v}" if re.match(r"[-+\d.]", v) else v for k, v in zip(keys, values, strict=True))
+
+
+def _unit(item: Row) -> str:
+    unit: str = UNITS_IN_TEXT.get(item["unit"]) or ("" if item["unit"] in UNITS_IN_TEXT else item["unit"])
+    if item["scale"] in (1, 0.01):
+        return unit
+    return f"{item['scale']:g} {unit}".strip()
+
+
+def _cell(item: Row) -> str:
+    look = LOOKS[item["status"]][0]
+    shown = _shown(item)
+    tip = escape(f"{item['id']}: {item['status']}", quote=True)
+    return (
+        f'<td class="{look}"><a href="#{escape(item["id"])}" title="{tip}">{marked(item["printed"])}'
+        f"<b>{marked(shown)}</b></a></td>"
+    )
+
+
+def _shown(item: Row) -> str:
+    """The reproduction in a cell: the number without its unit, or a short word."""
+    if isinstance(item["reproduced"], (int, float)) and not isinstance(item["reproduced"], bool):
+        return item["shown"].split(" ", 1)[0]
+    if item["reproduced"] in (True, False):
+        return "✓" if item["reproduced"] else "✗"
+    return item["shown"] if len(item["shown"]) <= LONGEST_IN_GRID else LOOKS[item["status"]][1]
+
+
+def _item_row(item: Row, errata: Mapping[str, Row]) -> str:
+    name = f"<code>{escape(item['id'])}</code>"
+    if item["statement"]:
+        name += f" {marked(item['statement'])}"
+    name += f"<small>{marked(item['where'])}</small>"
+    unit = "" if item["scale"] == 1 else f" {_unit(item)}"
+    printed = marked(item["printed"]) + (
+        f" ({marked(item['meant'])} meant)" if item["meant"] != item["printed"] else ""
+    )
+    off = deviation_text(item["relative"])
+    if item["seeds"] is not None:
+        off += f"<small>{item['seeds']:+.1f} seed deviations</small>"
+    status = badge(item["status"])
+    if item["reason"] and item["status"] != AGREES:
+        status += f" {marked(item['reason'])}"
+    for erratum in item["errata"]:
+        if erratum in errata:
+            status += f' <a href="#erratum-{escape(erratum)}">erratum</a>'
+    for source, found in item["also"].items():
+        if found and found["holds"] is False and not item["row"] and item["agreement"]:
+            status += f' <span class="tag">not true by {escape(source)}</span>'
+    cell = f"{marked(tolerance_text(item))}<small>{escape(cell_text(item))}</small>"
+    shown = marked(item["shown"]) + (escape(unit) if item["scale"] not in (1, 0.01) else "")
+    cells = [
+        ("printed", printed + escape(unit)),
+        ("reproduced", shown),
+        ("deviation", off),
+        ("", status),
+        ("", cell),
+    ]
+    return f'<tr id="{escape(item["id"])}"><th scope="row">{name}</th>{_labelled(cells)}</tr>'
+
+
+def _labelled(cells: Iterable[tuple[str, str]]) -> str:
+    """Cells of a row with the label that a narrow screen shows before them."""
+    return "".join(
+        f'<td data-label="{label}">{text}</td>' if label and text else f"<td>{text}</td>"
+        for label, text in cells
+    )
+
+
+def _facts(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
+    yield '<section aria-labelledby="facts"><h2 id="facts">Facts, worst first</h2>'
+    tolerances = f" Tolerances: {marked(about['tolerances'])}." if about["tolerances"] else ""
+    yield (
+        "<p>A fact is one thing that the paper says, however many numbers say it; it is as good as"
+        " its worst number."
+        f"{tolerances} A seed deviation is the standard deviation over other random numbers. Free"
+        " choices are values of"
+        ' <a href="#assumptions">assumptions</a> that were chosen with the paper\'s numbers in view.</p>'
+    )
+    failed = [
+        fact
+        for fact in verdict["facts"]
+        if fact["basis"] == "prediction" and fact["status"] in (UNEXPLAINED, EXPLAINED, MISPRINT)
+    ]
+    if failed:
+        links = "; ".join(f'<a href="#fact-{escape(f["name"])}">{marked(f["says"])}</a>' for f in failed)
+        yield f"<p>Predictions that did not come out: {links}.</p>"
+    counts = verdict["headline"]["statuses"]
+    legend = [f"<li>{badge(s, f'{counts[s]} {s}')} {escape(LOOKS[s][2])}</li>" for s in LOOKS if counts[s]]
+    yield f'<ul class="legend">{"".join(legend)}</ul>'
+    for fact in verdict["facts"]:
+        members = [item for item in verdict["items"] if item["fact"] == fact["name"]]
+        links = ", ".join(f'<a href="#{escape(i["id"])}">{escape(i["id"])}</a>' for i in members)
+        chosen = ", ".join(f'<a href="#assumption-{escape(c)}">{escape(c)}</a>' for c in fact["chosen"])
+        spent = f" ({fact['spent']} of {fact['items']} degrees of freedom: {chosen})" if chosen else ""
+        why = f"{marked(fact['why'])}. " if fact["why"] else ""
+        yield (
+            f'<details class="fact" id="fact-{escape(fact["name"])}"><summary>{badge(fact["status"])}'
+            f" <span>{marked(fact['says'])}</span> <small>{escape(size_text(fact))}</small></summary>"
+            f"<p>{why}{fact['basis'].capitalize()}:"
+            f" {escape(BASES[fact['basis']])}{spent}.</p><p>{links}</p></details>"
+        )
+    yield "</section>"
+
+
+def _errata(errata: Sequence[Row], about: Row) -> Iterable[str]:
+    yield f'<details><summary><h2 id="errata">Errata: {len(errata)}</h2></summary>'
+    functions = (
+        f"; the checks are functions of <code>{escape(about['proofs'])}</code>" if about["proofs"] else ""
+    )
+    yield (
+        "<p>Each proof checks the paper's own numbers and formulas, and ran with this"
+        f" verdict{functions}. A suspected"
+        " misprint is argued from the results; it may explain a difference, and proves nothing.</p>"
+    )
+    rows: list[str] = []
+    for erratum in errata:
+        outcome = {
+            True: badge(AGREES, "likely" if erratum["items"] else "proved"),
+            False: badge(UNEXPLAINED, "false"),
+        }
+        shown = outcome.get(erratum["passes"], "open:")
+        rows.append(
+            f'<tr id="erratum-{escape(erratum["id"])}"><th scope="row">{escape(erratum["id"])}<br>'
+            f"<small>{escape(erratum['kind'])}</small></th>"
+            f"<td>{marked(erratum['where'])}</td><td>{marked(erratum['printed'])}</td>"
+            f'<td>{marked(erratum["meant"])}</td><td class="words">{shown}'
+            f" {escape(erratum['evidence'])}</td></tr>"
+        )
+    yield _table(["erratum", "where", "printed", "meant", "proof"], rows)
+    yield "</details>"
+
+
+def _assumptions(assumptions: Mapping[str, Row]) -> Iterable[str]:
+    count = len(assumptions)
+    title = f"What the paper leaves open, and what was assumed: {count}"
+    yield f'<details><summary><h2 id="assumptions">{title}</h2></summary>'
+    rows: list[str] = []
+    for name, entry in assumptions.items():
+        value = entry["value"]
+        shown = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+        shown = f"{shown} {entry['unit']}".strip()
+        others = "; ".join(entry["alternatives"]) or "none"
+        rows.append(
+            f'<tr id="assumption-{escape(name)}"><th'
+            f' scope="row">{escape(name)}</th><td>{marked(entry["open"])}</td>'
+            f"<td>{escape(shown)}</td><td>{marked(entry['basis'])}</td><td>{escape(others)}</td></tr>"
+        )
+    yield _table(["assumption", "left open", "assumed", "basis", "alternatives"], rows)
+    yield "</details>"
+
+
+def _footer(about: Row, evidence: Sequence[str]) -> Iterable[str]:
+    yield f"<footer><p>Made by paper-verdict. {marked(about['footer'])}</p>"
+    if evidence:
+        yield f"<p>Evidence beside the study: {escape('; '.join(evidence))}.</p>"
+    yield "</footer>"

@@ -1,1 +1,0 @@
-"""Judging a paper: claims, published tables, errata, assumptions, comparison with what was reproduced."""
