@@ -134,6 +134,8 @@ class Accuracy(NamedTuple):
     P_s: float = 0.02
     bore: float = 0.002
     stroke: float = 0.5e-3  # m
+    V_d_A: float = 0.2
+    V_d_B: float = 0.2
     x_zero: float = 0.5e-3  # m
     x_scale: float = 1e-3
     T_amb: float = 3.0  # K
@@ -161,6 +163,9 @@ def accuracy(
         "P_s": supply.uncertainty("P_s_Pa", relative=True),
         "bore": section.uncertainty("bore_mm", relative=True),
         "stroke": section.uncertainty("stroke_mm"),
+        "V_d_A": section.uncertainty("dead_volume_m3", relative=True),
+        "V_d_B": section.uncertainty("dead_volume_B_m3", relative=True)
+        or section.uncertainty("dead_volume_m3", relative=True),
         "x_zero": sensors and sensors.x_zero_mm,
         "x_scale": sensors and sensors.x_scale_percent,
         "T_amb": supply.uncertainty("T_amb_K"),

@@ -18,7 +18,9 @@ from pneumo.physics.models import Wall
 from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
 
-Light = Literal["green", "yellow", "red"]  # of a parameter: determined, to be checked, not determined
+AS_STATED = "as stated"
+# Of a parameter: determined, known from the configuration alone, to be checked, not determined.
+Light = Literal["green", "as stated", "yellow", "red"]
 FIRST_WORDS = 48  # characters by which a table names a warning
 
 
@@ -66,6 +68,15 @@ class Estimate(NamedTuple):
         """Estimates in SI units: means over the wall's laws if these were averaged, else `values`."""
         return {**self.values, **self.averaged}
 
+    def moved_out(self, times: Mapping[str, float]) -> tuple[str, ...]:
+        """Parameters outside their intervals if quantities are off by `times` their accuracy."""
+        result: list[str] = []
+        for name in (name for name in self.low if name in self.moved):
+            shift = sum(self.moved[name][SHIFTING.index(quantity)] * off for quantity, off in times.items())
+            if self.values[name] - shift < self.low[name] or self.values[name] - shift > self.high[name]:
+                result.append(name)
+        return tuple(result)
+
 
 def rms_of_chambers(errors: np.ndarray) -> float:
     """Root mean square of the RMS errors of both chambers; a NaN one is left out."""
@@ -99,9 +110,10 @@ class FitResult:
     warnings: tuple[str, ...]  # reasons not to believe the fit, a sentence each
     held_out_from: float  # s, time of the last sample that was fitted
     # Lights of the full order's parameters with the reason of those not green; empty without the full order.
-    # Red: the interval has an open end or is very wide. Yellow: it is wide, or hardly narrower than the
-    # configuration states, or a warning of the rig concerns the parameter.
+    # Red: the interval has an open end or is very wide. Yellow: it is wide, or a warning of the rig concerns
+    # the parameter. As stated: the interval is hardly narrower than that which the configuration states.
     judgements: Mapping[str, tuple[Light, str]] = field(default_factory=dict)
+    u_max: float = np.nan  # V, limit of the command
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
     quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
     of: Literal["cylinder", "closed", "rig"] = "cylinder"
@@ -115,6 +127,11 @@ class FitResult:
     def fitted_commands(self) -> np.ndarray:
         """Commands of the part that was fitted, V; zero where flows were measured."""
         return self.data.get("u", 0 * self.data["t"]).sel(t=slice(None, self.held_out_from)).values
+
+    @property
+    def reached(self) -> float:
+        """Largest command of the part that was fitted, V, within the limit."""
+        return float(np.fmin(np.abs(self.fitted_commands).max(), self.u_max))
 
     @property
     def best_model(self) -> str:

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import DEAD_FRACTION
+from pneumo.configuration.parameters import DEAD_FRACTION, Accuracy
 from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
 from pneumo.fitting.fitted_parameters import (
@@ -27,6 +27,7 @@ from pneumo.fitting.position_checks import stated, stated_volume_warnings
 from pneumo.fitting.residuals import Residual, residuals
 from pneumo.fitting.settings import (
     ALLOWED,
+    COLOURED,
     DISTRUST,
     EARLY,
     EXPLAINED,
@@ -44,20 +45,39 @@ STEPS = 20  # of a search for a cause
 BEYOND = 0.02  # of n outside 1..gamma that noise explains
 
 
-def fit_warnings(problem: Problem, estimate: Estimate) -> list[str]:
-    """Warnings of unexplained residuals and their likely cause; of odd parameters if no cause is found."""
+def fit_warnings(
+    problem: Problem, estimate: Estimate, known: Accuracy | None = None, stops_shown: bool = False
+) -> list[str]:
+    """Warnings of unexplained residuals and their likely cause; of odd parameters if no cause is found.
+
+    `known` is the accuracy of what is configured; `stops_shown` says whether the record shows both stops.
+    """
     name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
     of_chambers = dict(zip("AB", split, strict=True))
+    of_parameters = parameter_warnings(problem, estimate, known or Accuracy(), stops_shown)
     if name != FULL.name:
-        return residual_warnings(name, of_chambers) + parameter_warnings(problem, estimate)
-    odd = doubtful(split, estimate.remainder, estimate.expected, least=ALLOWED * estimate.of_configuration)
-    symptoms = [residual_warning(name, of_chambers, remainder_effect(estimate, split))] if odd else []
-    cause = cause_warnings(problem, split, estimate.values) if odd else []
+        return residual_warnings(name, of_chambers) + of_parameters
+    least = ALLOWED * estimate.of_configuration
+    odd = doubtful(split, estimate.remainder, estimate.expected, least=least)
+    symptoms = [odd_residual_warning(name, of_chambers, estimate)] if odd else []
+    unexplained = any(residual.coloured > max(COLOURED * residual.noise, least) for residual in split)
+    cause = cause_warnings(problem, split, estimate) if odd or unexplained else []
     # With a wrong rig all parameters are odd: its cause says more.
-    # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
-    if not cause and not any(residual.unexplained for residual in split):
-        cause = configured_warnings(problem, estimate) + offset_warnings(estimate)
-    return symptoms + (cause or parameter_warnings(problem, estimate))
+    if not cause:
+        # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
+        cause = [] if unexplained else configured_warnings(problem, estimate)
+        cause += [] if odd and unexplained else offset_warnings(problem, estimate)
+    return symptoms + (cause or of_parameters)
+
+
+def moved_out(problem: Problem, estimate: Estimate, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Parameters that `values`, on the scale of the search, put outside their intervals."""
+    result: list[str] = []
+    for name in (name for name in estimate.low if name in values and name not in STARTS):
+        low, high = (problem.scales[name].inner(ends[name]) for ends in (estimate.low, estimate.high))
+        if values[name] < low or values[name] > high:
+            result.append(name)
+    return tuple(result)
 
 
 def explanation(name: str, value: float, configured: float = 0.0) -> str:
@@ -73,14 +93,18 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
         fitted, inner = estimate.values[name], problem.scales[name].inner
         low, high = (inner(ends.get(name, fitted)) for ends in (estimate.low, estimate.high))
         own = (high - low) / 2 / LIMITS  # NaN where an end is open: then nothing is contradicted
-        off = abs(inner(fitted) - inner(prior.centre)) > OUTSIDE * np.hypot(prior.deviation, own)
-        if off and name not in problem.also:
+        off = inner(prior.centre) - inner(fitted)
+        if abs(off) > OUTSIDE * np.hypot(prior.deviation, own) and name not in problem.also:
             text = explanation(name, fitted, prior.centre)
-            result.append(f"{text} is outside its stated accuracy (--also {name} fits it freely)")
+            text += f" is outside its stated accuracy (--also {name} fits it freely)"
+            # Those that would be different if the configured value were right.
+            half, related = estimate.expected.get(name, np.inf), estimate.correlation.get(name, {})
+            depend = [other for other, r in related.items() if abs(r * off) > half and other not in STARTS]
+            result.append(FitWarning(text, *dict.fromkeys((name, *depend))))
     return result
 
 
-def offset_warnings(estimate: Estimate) -> list[str]:
+def offset_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """Warning of a pressure sensor's offset, not fitted, that would move a parameter out of its interval.
 
     Offsets that the record shows with about the same certainty are named together.
@@ -90,13 +114,16 @@ def offset_warnings(estimate: Estimate) -> list[str]:
         moved = dict(zip(estimate.expected, np.abs(shifts).tolist(), strict=True))
         if moves(moved, estimate.expected) and abs(value) > OUTSIDE * deviation:
             sure[name] = abs(value) / deviation
-    texts = [
-        f"{explanation(name, estimate.offsets[name].value)} (--also {name} fits it)"
-        for name in sure
-        if TIED * sure[name] >= max(sure.values())
-    ]
+    tied = [name for name in sure if TIED * sure[name] >= max(sure.values())]
+    texts = [f"{explanation(name, estimate.offsets[name].value)} (--also {name} fits it)" for name in tied]
     change = "would move parameters out of their intervals and leave less of the residual"
-    return [_either(texts, change)] if texts else []
+    here = problem.inner(estimate.values)
+    concerned = [
+        other
+        for name in tied
+        for other in moved_out(problem, estimate, problem.named(here + estimate.offsets[name].shifts))
+    ]
+    return [FitWarning(_either(texts, change), *dict.fromkeys(concerned))] if texts else []
 
 
 def moves(shifts: Mapping[str, float], expected: Mapping[str, float], factor: float = 1.0) -> bool:
@@ -131,10 +158,17 @@ def doubtful(
     return seen and moves(remainder, expected, factor)
 
 
-def remainder_effect(estimate: Estimate, split: Sequence[Residual]) -> str:
-    """Text on how far residuals of the full order that are not noise may move parameters."""
+def odd_residual_warning(name: str, of_chambers: Mapping[str, Residual], estimate: Estimate) -> FitWarning:
+    """Warning of residuals that are not noise; it concerns the parameters that they may move too far."""
+    split = list(of_chambers.values())
     if doubtful(split, estimate.remainder, estimate.expected, DISTRUST):
-        return UNTRUSTED
+        return FitWarning(residual_warning(name, of_chambers))
+    moved = [p for p, half in estimate.remainder.items() if half > estimate.expected[p] and p not in STARTS]
+    return FitWarning(residual_warning(name, of_chambers, remainder_effect(estimate)), *moved)
+
+
+def remainder_effect(estimate: Estimate) -> str:
+    """Text on how far residuals of the full order that are not noise may move parameters."""
     moved = [
         f"{QUANTITIES[name].heading} by {100 * np.expm1(estimate.remainder[name]):.0f} %"
         for name in TOLERATED
@@ -162,15 +196,17 @@ def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[st
     return [residual_warning(name, odd)] if odd else []
 
 
-def cause_warnings(problem: Problem, split: Sequence[Residual], values: dict[str, float]) -> list[str]:
+def cause_warnings(problem: Problem, split: Sequence[Residual], estimate: Estimate) -> list[str]:
     """Warning that names the cause which, fitted too, explains most of a full-order fit's residuals.
+
+    It concerns the parameters that are outside their intervals with the cause.
 
     Empty if no cause does. Causes that explain about as much are named together: the record does not
     distinguish them. A curve of the valve can imitate others, so it must explain much more than these; its
-    search begins at the fitted `values`.
+    search begins at the fitted values.
     """
     before = _coloured(split)
-    explained: dict[str, tuple[float, str]] = {}
+    explained: dict[str, tuple[float, str, tuple[str, ...]]] = {}
     measured = problem.signals.P_s is not None
     without = {*problem.also, "sag" if measured else "offset_P_s"}  # a measured supply shows its sag
     causes: dict[str, tuple[str, ...]] = {name: (name,) for name in CAUSES if name not in without}
@@ -179,20 +215,22 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], values: dict[str
     for cause, names in causes.items():
         trial, start, enough = replace(problem, also=(*problem.also, *names)), None, EXPLAINED * before
         if cause == VALVE_CURVE:
-            start = trial.inner(trial.values(trial.guess()) | values)
-            enough = EXPLAINED * min([before, *(after for after, _ in explained.values())])
+            start = trial.inner(trial.values(trial.guess()) | estimate.values)
+            enough = EXPLAINED * min([before, *(after for after, *_ in explained.values())])
         fitted = fit(trial, tolerance=1e-3, most=STEPS, start=start)
         after = _coloured(residuals(trial, fitted.theta))
         if after < enough:
             value, configured = trial.values(fitted.theta)[names[0]], trial.values(trial.guess())[names[0]]
-            explained[cause] = after, f"{explanation(names[0], value, configured)} (--also {cause} fits it)"
+            text = f"{explanation(names[0], value, configured)} (--also {cause} fits it)"
+            explained[cause] = after, text, moved_out(problem, estimate, trial.named(fitted.theta))
     if not explained:
         return []
     noise = float(np.sqrt(np.mean([residual.noise**2 for residual in split])))
-    least = min(after for after, _ in explained.values())
-    alike = [text for after, text in sorted(explained.values()) if after <= max(TIED * least, SEEN * noise)]
+    least = min(after for after, *_ in explained.values())
+    alike = [one for one in sorted(explained.values()) if one[0] <= max(TIED * least, SEEN * noise)]
     change = f"would reduce what is not noise from {before / 1e3:.2g} to {least / 1e3:.2g} kPa rms"
-    return [_either(alike, change)]
+    concerned = dict.fromkeys(name for *_, moved in alike for name in moved)
+    return [FitWarning(_either([text for _, text, _ in alike], change), *concerned)]
 
 
 def _coloured(split: Sequence[Residual]) -> float:
@@ -200,11 +238,11 @@ def _coloured(split: Sequence[Residual]) -> float:
     return float(np.sqrt(np.mean([residual.coloured**2 for residual in split])))
 
 
-def parameter_warnings(problem: Problem, estimate: Estimate) -> list[str]:
+def parameter_warnings(problem: Problem, estimate: Estimate, known: Accuracy, stops_shown: bool) -> list[str]:
     """Warnings of parameters on a bound, or unlikely for this cylinder."""
     values, plant, period = estimate.values, problem.plant, problem.signals.period
     measured_volumes = problem.model.name == FULL.name and stated(plant)
-    result = stated_volume_warnings(plant, estimate) if measured_volumes else []
+    result = stated_volume_warnings(plant, estimate, known, stops_shown) if measured_volumes else []
     fitted = {name: values[name] for name in problem.names}
     at_bound = problem.at_bound(problem.inner(values))
     result += odd_values(fitted, at_bound, plant, volumes=not measured_volumes, meaning="no gas does this")

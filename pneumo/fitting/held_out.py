@@ -14,6 +14,7 @@ from pneumo.fitting.configured_quantities import changes_of, configured_shifts
 from pneumo.fitting.estimate import first_pressures
 from pneumo.fitting.fit_problem import LIMITS, Problem, replayed_pressures
 from pneumo.fitting.fit_result import Estimate, FitWarning
+from pneumo.fitting.fit_warnings import moved_out
 from pneumo.fitting.fitted_parameters import STARTS
 from pneumo.fitting.least_squares import Solution, covariances, inverse_curvature, solution_at
 from pneumo.fitting.settings import ALLOWED, CHANGED
@@ -126,17 +127,7 @@ def contradicted(parts: Parts, estimate: Estimate) -> tuple[str, ...]:
     )
     # The part fitted is at its minimum, so the slope is that of the part held out.
     step = inverse_curvature(whole) @ np.tensordot(after, there.residual, axes=([0, 1], [0, 1]))
-    return tuple(
-        name
-        for i, name in enumerate(problem.names)
-        if name in estimate.low and outside(problem, estimate, name, float(here.theta[i] + step[i]))
-    )
-
-
-def outside(problem: Problem, estimate: Estimate, name: str, at: float) -> bool:
-    """Whether a value of a parameter on the scale of the search is outside its interval."""
-    inner = problem.scales[name].inner
-    return at < inner(estimate.low[name]) or at > inner(estimate.high[name])
+    return moved_out(problem, estimate, problem.named(here.theta + step[:count]))
 
 
 def replayed_on(problem: Problem, record: StageSignals, estimate: Estimate) -> np.ndarray:

@@ -74,6 +74,10 @@ class LeastSquares:
         fitted = {name: self.scales[name].si(x) for name, x in zip(self.scales, theta, strict=True)}
         return {**self.fixed, **fitted}
 
+    def named(self, theta: np.ndarray) -> dict[str, float]:
+        """Parameters by name, on the scale of the search."""
+        return dict(zip(self.names, theta.tolist(), strict=True))
+
     def bounds(self) -> np.ndarray:
         """Lower and upper bounds, shape (2, parameter)."""
         scales = self.scales.values()

@@ -1,17 +1,19 @@
-"""Green, yellow and red lights of fitted parameters: how well the record determines each."""
+"""Lights of fitted parameters: how well the record determines each, and which are known as stated only."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from pneumo.configuration.parameters import Accuracy
 from pneumo.fitting.fit_problem import Problem
-from pneumo.fitting.fit_result import Estimate, Light, first_words
+from pneumo.fitting.fit_result import AS_STATED, Estimate, Light, first_words
 from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS
-from pneumo.fitting.settings import OF_STATED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
+from pneumo.fitting.settings import OF_STATED, REACHED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
 from pneumo.statistics.intervals import Interval
 
 ADDS_LITTLE = "the record adds little to the stated accuracy"
+WIDE = "wide interval"
+BEYOND = "the record's commands end at"
 
 
 def lights(
@@ -39,7 +41,7 @@ def light_and_reason(
     `searched` is the width of the search, `stated` that of the interval which the configuration states, both
     on the scale of the search. An interval with an open end is "red", but a search that begins at zero needs
     no lower end. A parameter that is fitted within a stated accuracy is known that well in any case: it is
-    "yellow" where the record adds little, or where the interval would be red else.
+    "as stated" where the record adds little, or where the interval would be red else.
     """
     search, low, high = PARAMETERS[name].search, ends.low, ends.high
     low = 0.0 if search.low == 0 and np.isnan(low) else low
@@ -48,8 +50,38 @@ def light_and_reason(
     vague, rough = np.log([VAGUE, ROUGH]) if search.logarithmic else limits
     if not np.isfinite(width) or (not np.isfinite(stated) and width > vague):
         return "red", "open or too wide an interval"
+    light: Light = "green"
+    reason = ""
+    if width > min(OF_STATED * stated, vague):
+        light, reason = AS_STATED, ADDS_LITTLE
+    elif width > rough and not np.isfinite(stated):
+        light, reason = "yellow", WIDE
     if doubts:
-        return "yellow", first_words(doubts[0])
-    if width > OF_STATED * stated:
-        return "yellow", ADDS_LITTLE
-    return ("yellow", "wide interval") if width > (vague if np.isfinite(stated) else rough) else ("green", "")
+        light = "yellow"
+        reason += ("; " if reason else "") + first_words(doubts[0])
+    return light, reason
+
+
+def determined_text(judgements: Mapping[str, tuple[Light, str]]) -> str:
+    """How many parameters the record determines, and how many of these a warning concerns."""
+    lights = [light for light, _ in judgements.values()]
+    others = ADDS_LITTLE, WIDE, BEYOND
+    doubted = sum(
+        light == "yellow" and not reason.startswith(others) for light, reason in judgements.values()
+    )
+    text = f"Of {len(lights)} parameters of the rig, {lights.count('green') + doubted} are determined"
+    if doubted:
+        text += f", but warnings concern {doubted} of these"
+    if AS_STATED in lights:
+        text += f"; {lights.count(AS_STATED)} as stated"
+    return text
+
+
+def within_commands(
+    judgements: Mapping[str, tuple[Light, str]], reached: float, u_max: float
+) -> dict[str, tuple[Light, str]]:
+    """Lights where commands end at `reached`, V: the valve's coefficient is not determined beyond."""
+    result = dict(judgements)
+    if "k_xu" in result and result["k_xu"][0] == "green" and reached < REACHED * u_max:
+        result["k_xu"] = "yellow", f"{BEYOND} {reached:.3g} of {u_max:g} V"
+    return result

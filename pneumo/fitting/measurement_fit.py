@@ -25,8 +25,8 @@ from pneumo.fitting.fit_warnings import disagreements, doubtful, fit_warnings, u
 from pneumo.fitting.fitted_parameters import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
 from pneumo.fitting.held_out import held_out_warnings
 from pneumo.fitting.least_squares import covariances, expected_shifts, remainder_shifts
-from pneumo.fitting.lights import lights
-from pneumo.fitting.position_checks import dead_volume_notes, position_shown, stop_warnings
+from pneumo.fitting.lights import lights, within_commands
+from pneumo.fitting.position_checks import dead_volume_notes, position_shown, stop_warnings, stops_of
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import residuals, sensor_noise
 from pneumo.fitting.settings import DISTRUST, PART
@@ -106,11 +106,15 @@ def fit_measurement(
     if not has_full:
         judged = replace(judged, model=MODELS[next(iter(estimates))])
     best = estimates[judged.model.name]
-    of_rig = stop_warnings(m, plant, known) + fit_warnings(judged, best)
+    of_rig = stop_warnings(m, plant, known, best)
+    of_rig += fit_warnings(judged, best, known, stops_shown=bool(np.isfinite(stops_of(m, plant)).all()))
     if has_full:
         of_rig += held_out_warnings(judged, record, best, known)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
     logarithmic = [name for name in judged.names if PARAMETERS[name].search.logarithmic]
+    judgements = lights(judged, best, known, of_rig) if has_full else {}
+    if not plant.valve.paths.knots:  # its curve is stated
+        judgements = within_commands(judgements, record.largest, plant.valve.u_max)
     starts = [name for name in STARTS if any(name in fitted.values for fitted in estimates.values())]
     return FitResult(
         data=fit_data(measurement, estimates, (*reported, *starts)),
@@ -125,7 +129,8 @@ def fit_measurement(
         ),
         warnings=(*of_rig, *disagreements(estimates)),
         held_out_from=float(measurement.t[split]),
-        judgements=lights(judged, best, known, of_rig) if has_full else {},
+        judgements=judgements,
+        u_max=plant.valve.u_max,
     )
 
 

@@ -10,10 +10,10 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION, Accuracy
-from pneumo.fitting.fit_result import Estimate
+from pneumo.fitting.fit_result import Estimate, FitWarning
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import noise_of
-from pneumo.fitting.settings import MOVED, STATED, SURE
+from pneumo.fitting.settings import MOVED, SURE
 
 PUSHED = 0.5  # force on the piston over the largest, with which one that rests is on a stop
 RESTS = 0.05  # s, for which it rests
@@ -58,8 +58,13 @@ def contact(x: np.ndarray, force: np.ndarray) -> float:
     return float(np.median(x - given * force))
 
 
-def stop_warnings(record: Measurement, plant: Plant, known: Accuracy) -> list[str]:
-    """Warning of stops that are not at their configured positions, with the effect on dead volumes."""
+def stop_warnings(
+    record: Measurement, plant: Plant, known: Accuracy, estimate: Estimate | None = None
+) -> list[str]:
+    """Warning of stops that are not at their configured positions, with the effect on dead volumes.
+
+    It concerns these, and what else of the `estimate` such an error moves out of its interval.
+    """
     c, stops = plant.cylinder, (plant.cylinder.x_min, plant.cylinder.x_max)
     found = np.array(stops_of(record, plant))
     off = found - stops
@@ -72,14 +77,25 @@ def stop_warnings(record: Measurement, plant: Plant, known: Accuracy) -> list[st
         return []
     at, configured = (" and ".join(f"{MM * x:.4g}" for x in xs if np.isfinite(x)) for xs in (found, stops))
     reason = "a wrong zero or scale of x, or stroke"
+    zero, longer = float(np.nanmean(off)), 0.0
     if np.isfinite(off).all():
-        reason = reason_of(float(off.mean()), float(off[1] - off[0]), c.stroke)
+        longer = float(off[1] - off[0])
+        reason = reason_of(zero, longer, c.stroke)
+    concerned = {f"V_d_{side}": None for side, *_ in _sides(plant)}
+    if estimate is not None:
+        parts = {"the zero of x": (zero, known.x_zero), "the scale of x": (longer / c.stroke, known.x_scale)}
+        times = {name: error / stated for name, (error, stated) in parts.items() if stated}
+        concerned |= dict.fromkeys(estimate.moved_out(times))
     effect = ", ".join(f"V_d of {side} by {100 * part:.0f} %" for side, part in moved.items())
-    return [f"the piston rests at {at} mm (stops configured: {configured} mm): {reason}; this moves {effect}"]
+    text = f"the piston rests at {at} mm (stops configured: {configured} mm): {reason}; this moves {effect}"
+    return [FitWarning(text, *concerned)]
 
 
-def stated_volume_warnings(plant: Plant, estimate: Estimate) -> list[str]:
-    """Warning of fitted dead volumes that differ from the configured ones, with a possible reason."""
+def stated_volume_warnings(plant: Plant, estimate: Estimate, known: Accuracy, stops_shown: bool) -> list[str]:
+    """Warning of fitted dead volumes beyond the accuracy of the configured ones, with a possible reason.
+
+    Where the record shows both stops, zero and scale of x are right: only the data sheet can be wrong.
+    """
     names = [f"V_d_{side}" for side, *_ in _sides(plant)]
     areas, configured = np.array([sizes for _, *sizes in _sides(plant)]).T
     values, low, high = (
@@ -87,14 +103,21 @@ def stated_volume_warnings(plant: Plant, estimate: Estimate) -> list[str]:
         for numbers in (estimate.values, estimate.low, estimate.high)
     )
     ratios = values / configured
-    if not np.any(np.abs(np.log(ratios)) > np.hypot(np.log(high / low) / 2, np.log1p(STATED))):
+    stated_within = np.log1p([known.V_d_A, known.V_d_B])
+    off = np.abs(np.log(ratios)) > np.hypot(np.log(high / low) / 2, stated_within)
+    if not off.any():
         return []
-    A, B = ((values - configured) / areas).tolist()
-    reason = reason_of((B - A) / 2, A + B, plant.cylinder.stroke)
-    return [
-        f"the dead volumes of A and B are {ratios[0]:.2g} and {ratios[1]:.2g} times those configured, as"
-        f" {reason} would make them, or hoses: a record in which the piston rests on both stops shows which"
-    ]
+    text = f"the dead volumes of A and B are {ratios[0]:.2g} and {ratios[1]:.2g} times those configured"
+    if stops_shown:
+        text += (
+            f": the data sheet is off by {100 * np.abs(ratios - 1).max():.0f} %, or hoses are not included"
+        )
+    else:
+        A, B = ((values - configured) / areas).tolist()
+        reason = reason_of((B - A) / 2, A + B, plant.cylinder.stroke)
+        text += f", as {reason} would make them, or hoses: a record in which the piston rests on both stops"
+        text += " shows which"
+    return [FitWarning(text, *np.array(names)[off].tolist())]
 
 
 def position_shown(record: Measurement, plant: Plant) -> bool:

@@ -18,6 +18,8 @@ VAGUE_PART, ROUGH_PART = 0.14, 0.05
 # an interval over 4/3 times as wide as the configuration's (1 / 0.8^2 - 1 = 0.75^2).
 OF_STATED = 0.8
 
+REACHED = 0.9  # largest command over u_max, below which C at u_max is extrapolated
+
 # When a fit is doubted.
 SEEN = 0.2  # residual that is not white over the sensor's noise, below which it is not seen
 COLOURED = 0.4  # the same, above which noise does not explain it
@@ -34,7 +36,6 @@ CHANGED = 1.4
 EARLY = 0.1  # samples by which a valve may act before its command: no clock is better
 SURE = 2.0  # deviation of a stop over what the stated accuracies allow
 MOVED = 0.05  # of a dead volume, by which an error of the position moves it unsaid
-STATED = 0.15  # accuracy of a configured dead volume: half of a 95 per cent interval, relative
 C_D = (0.7, 0.9)  # discharge coefficients that an orifice may have
 
 # When a cause is named.

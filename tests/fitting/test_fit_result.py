@@ -10,7 +10,7 @@ from pneumo.fitting.fit_result import (
     FitResult,
     fit_data,
 )
-from pneumo.fitting.lights import light_and_reason
+from pneumo.fitting.lights import determined_text, light_and_reason, within_commands
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.statistics.intervals import Interval
 
@@ -44,11 +44,11 @@ LIGHTS = [  # parameter, ends, widths of the search and of what is stated, colou
     ("lag", (OPEN, 0.004), (0.1,), "green"),
     ("null", (-0.06, 0.06), (2.0,), "yellow"),
     ("null", (-0.15, 0.15), (2.0,), "red"),
-    ("T_in", (290.5, 295.5), (131.0, 6.0), "yellow"),  # hardly narrower than is stated
+    ("T_in", (290.5, 295.5), (131.0, 6.0), "as stated"),  # hardly narrower than is stated
     ("T_in", (290.7, 295.3), (131.0, 6.0), "green"),
-    ("P_s", (637e3, 663e3), (1.39, 0.04), "yellow"),
+    ("P_s", (637e3, 663e3), (1.39, 0.04), "as stated"),
     ("P_s", (645e3, 655e3), (1.39, 0.04), "green"),
-    ("b", (0.05, 0.65), (0.78, 1.0), "yellow"),  # red but for what is stated
+    ("b", (0.05, 0.65), (0.78, 1.0), "as stated"),  # red but for what is stated
     ("b", (0.05, 0.65), (0.78,), "red"),
 ]
 
@@ -59,7 +59,27 @@ def test_a_light_is_that_of_the_intervals_width_and_of_doubt(name, ends, widths,
     assert light_and_reason(name, interval, (), *widths)[0] == colour
     doubted, reason = light_and_reason(name, interval, ["first of two words " * 4, "second"], *widths)
     assert doubted == ("red" if colour == "red" else "yellow")
-    assert colour == "red" or (reason.startswith("first of two") and len(reason) <= 48)
+    assert colour == "red" or "first of two words" in reason
+    assert colour != "green" or len(reason) <= 48
+
+
+def test_the_count_of_determined_parameters_keeps_those_that_a_warning_concerns():
+    doubts = ["the dead volume is odd"]
+    narrow = light_and_reason("k_xu", Interval(1.0, 0.95, 1.05), doubts)
+    wide = light_and_reason("k_0", Interval(1.0, 0.8, 1.3), doubts)
+    stated = light_and_reason("T_in", Interval(293.0, 290.1, 295.9), (), 131.0, 6.0)
+    lights = {"k_xu": narrow, "k_0": wide, "T_in": stated}
+    count = "Of 3 parameters of the rig, 1 are determined, but warnings concern 1 of these; 1 as stated"
+    assert determined_text(lights) == count
+    sure = {"k_xu": ("green", ""), "k_0": wide, "T_in": stated}
+    assert determined_text(sure) == "Of 3 parameters of the rig, 1 are determined; 1 as stated"
+
+
+@pytest.mark.parametrize(("reached", "light"), [(9.5, "green"), (4.5, "yellow")])
+def test_the_valves_coefficient_is_green_up_to_the_largest_command_only(reached, light):
+    found = within_commands({"k_xu": ("green", ""), "k_0": ("green", "")}, reached, 10.0)
+    assert found["k_xu"][0] == light and found["k_0"] == ("green", "")
+    assert light == "green" or "4.5 of 10 V" in found["k_xu"][1]
 
 
 def test_the_best_model_is_the_first_reduced_one_without_a_parameter_on_its_bound():

@@ -12,7 +12,7 @@ from pneumo import simulate
 from pneumo.configuration.parameters import DEAD_FRACTION, accuracy, load, study
 from pneumo.errors import InputError
 from pneumo.fitting.estimate import estimate, prediction, split_of
-from pneumo.fitting.fit_problem import FULL, LIMITS, Prior, Problem
+from pneumo.fitting.fit_problem import FULL, LIMITS, Prior, Problem, priors
 from pneumo.fitting.fit_result import Estimate, equally_good
 from pneumo.fitting.fit_warnings import (
     configured_warnings,
@@ -21,11 +21,12 @@ from pneumo.fitting.fit_warnings import (
     parameter_warnings,
     undetermined_notes,
 )
-from pneumo.fitting.fitted_parameters import CHOICES, REPORTED
+from pneumo.fitting.fitted_parameters import CHOICES, REPORTED, STARTS
 from pneumo.fitting.held_out import held_out_warnings
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement
+from pneumo.fitting.residuals import residuals
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
@@ -93,7 +94,7 @@ def test_bounds_and_unlikely_values_are_doubted(sound, values, high, said):
     V_d = problem.plant.cylinder.V_d_A
     values = {name: V_d * value if name == "V_d_B" else value for name, value in values.items()}
     changed = found._replace(values=found.values | values, high=found.high | high)
-    texts = parameter_warnings(problem, changed)
+    texts = parameter_warnings(problem, changed, accuracy(), stops_shown=False)
     assert any(said in text for text in texts) if said else texts == []
 
 
@@ -206,6 +207,30 @@ def test_what_is_wrong_with_the_bench_can_be_fitted_too(plant):
         fit_measurement(measurement, plant, ["M8"], also=("u",))
     with pytest.raises(InputError, match=r"^--also exhaust: needs the command u"):
         fit_measurement(measurement._replace(m=np.zeros_like(P)), plant, ["M8"], also=also)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("off", "said"), [((8e3, 0.0), "would reduce what is not noise"), ((3e3, -2e3), "would move parameters")]
+)
+def test_a_cause_is_named_between_what_noise_explains_and_what_is_doubtful(whole, plant, off, said):
+    record = whole._replace(P=whole.P + np.array(off)[:, None])
+    signals, known = record.part(0, SPLIT), accuracy()
+    problem = Problem(FULL, plant, signals, {}, priors=priors(plant, signals, known, 1e3))
+    found = estimate(problem, record, known=known, intervals=())
+    assert any(residual.unexplained for residual in residuals(problem, problem.inner(found.values)))
+    here = problem.inner(found.values)
+    low, high = (
+        {
+            name: scale.si(at + sign * found.expected[name])
+            for (name, scale), at in zip(problem.scales.items(), here, strict=True)
+        }
+        for sign in (-1, 1)
+    )
+    # As if the residuals moved no parameter too far.
+    (text,) = fit_warnings(problem, found._replace(remainder={}, low=low, high=high), known)
+    assert "an offset of " in text and said in text
+    assert "exhaust" in text.parameters and not {*STARTS} & {*text.parameters}
 
 
 @pytest.mark.slow

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from pneumo.configuration.parameters import accuracy, load, study
+from pneumo.configuration.parameters import accuracy, load, study, validated
 from pneumo.fitting.fit_result import Estimate
+from pneumo.fitting.fitted_parameters import SHIFTING
 from pneumo.fitting.position_checks import (
     dead_volume_notes,
     stated,
@@ -104,16 +105,44 @@ def found(shift_A, shift_B, half=0.05):
 
 
 @pytest.mark.parametrize(
-    ("shifts", "said"),
+    ("shifts", "shown", "said"),
     [
-        ((-5e-3, 5e-3), "as a zero of x off by 5 mm would make them, or hoses"),
-        ((-3e-3, -3e-3), "as a stroke 6 mm too long or an x 3.8 % too small would make them"),
-        ((5e-4, -5e-4), ""),
+        ((-5e-3, 5e-3), False, "as a zero of x off by 5 mm would make them, or hoses"),
+        ((-3e-3, -3e-3), False, "as a stroke 6 mm too long or an x 3.8 % too small would make them"),
+        ((-5e-3, 5e-3), True, "the data sheet is off by"),  # its stops are where they should be
+        ((5e-4, -5e-4), False, ""),
+        ((5e-4, -5e-4), True, ""),
     ],
 )
-def test_dead_volumes_that_are_not_those_configured_are_said_in_millimetres(shifts, said):
-    texts = stated_volume_warnings(STATED, found(*shifts))
+def test_dead_volumes_that_are_not_those_configured_are_said_in_millimetres(shifts, shown, said):
+    texts = stated_volume_warnings(STATED, found(*shifts), accuracy(), shown)
     assert said in texts[0] if said else texts == []
+    assert ("zero of x" not in texts[0] and "stroke" not in texts[0]) if said and shown else True
+
+
+def test_dead_volumes_are_doubted_beyond_what_is_stated_and_only_those():
+    shift = 0.3 * STATED.cylinder.V_d_A / AREAS[0]  # 30 % of A, hardly anything of B
+    (text,) = stated_volume_warnings(STATED, found(shift, 0.0), accuracy(), True)
+    assert text.parameters == ("V_d_A",)
+    content = load(TEMPLATE).model_dump(exclude_unset=True)
+    content["cylinders"]["mine"]["dead_volume_m3"] = "4.1e-6 ± 40 %"
+    known = accuracy(validated(content, []))
+    assert known.V_d_A == known.V_d_B == pytest.approx(0.4)
+    assert stated_volume_warnings(STATED, found(shift, 0.0), known, True) == []
+
+
+def test_stops_that_are_elsewhere_concern_dead_volumes_and_what_they_move():
+    estimate = found(0.0, 0.0)
+    values = estimate.values | {"k_0": 0.3, "k_xu": 1e-6}
+    ends = ({name: value * (1 + sign * 0.05) for name, value in values.items()} for sign in (-1, 1))
+    shifts = {name: np.zeros(len(SHIFTING)) for name in values}
+    shifts["k_0"][SHIFTING.index("the zero of x")] = 0.01  # by 0.5 mm
+    estimate = Estimate(values, *ends, np.zeros(2), np.zeros(2), NONE, moved=shifts)
+    off = moved(-HALF + 5e-3, HALF + 5e-3)
+    (text,) = stop_warnings(off, PLANT, accuracy(), estimate)
+    assert {*text.parameters} == {"V_d_A", "V_d_B", "k_0"}
+    (text,) = stop_warnings(moved(-1.03 * HALF, 1.03 * HALF), PLANT, accuracy(), estimate)
+    assert {*text.parameters} == {"V_d_A", "V_d_B"}
 
 
 def test_where_nothing_shows_a_wrong_zero_a_note_says_so():

@@ -3,6 +3,7 @@
 import io
 import re
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -10,14 +11,14 @@ import xarray as xr
 from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
-from pneumo.fitting.fit_result import Estimate, FitResult, estimates_data, fit_data
+from pneumo.fitting.fit_result import Estimate, FitResult, Light, estimates_data, fit_data
 from pneumo.fitting.fitted_parameters import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
-from pneumo.fitting.lights import light_and_reason
+from pneumo.fitting.lights import ADDS_LITTLE, light_and_reason, within_commands
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.rig.rig_file import QUANTITIES as OF_RIG
 from pneumo.fitting.rig.rig_file import fitted_quantity
 from pneumo.publish.figures.fit_figures import diagnosis_figure
-from pneumo.publish.pages.fit_page import fit_page
+from pneumo.publish.pages.fit_page import LIGHT_LOOKS, fit_page
 from pneumo.publish.style import paper_style
 from pneumo.publish.text.fit_text import answer_text, misfit_text, next_experiments
 from pneumo.publish.text.terminal_tables import (
@@ -114,6 +115,26 @@ def test_a_warning_colours_the_parameters_that_it_concerns_and_their_lines_name_
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(full_order_table(rig_rows(fit)))
     assert "V_d of A: the dead volume of A is 2.3 times the ..." in console.export_text()
+
+
+def test_C_is_green_at_the_largest_command_of_the_record_only(a_fit):
+    fit = of_full_order(a_fit, 1.1)
+    t = np.arange(SAMPLES) * 1e-3
+    data = fit.data.assign_coords(t=t).assign(u=("t", np.full(SAMPLES, 4.5)))
+    fit = replace(fit, data=data, u_max=10.0, C_per_k_xu=1e6)
+    plain = rig_rows(fit)
+    fit = replace(fit, judgements=within_commands(fit.judgements, fit.reached, fit.u_max))
+    rows = rig_rows(fit)
+    assert len(rows) == len(plain) + 1
+    at_most, at_4_5 = (next(row for row in rows if row[0].startswith(name)) for name in ("C (", "C at 4.5 V"))
+    assert at_most[1] == "yellow" and at_4_5[1] == "green"
+    C, lower = (float(row[2].partition(" ")[0]) for row in (at_most, at_4_5))
+    assert lower == pytest.approx(0.45 * C, rel=0.01)
+    console = Console(width=80, record=True, file=io.StringIO())
+    as_stated = {name: ("as stated", ADDS_LITTLE) for name in fit.judgements}
+    console.print(full_order_table(rig_rows(replace(fit, judgements=as_stated))))
+    assert max(map(len, console.export_text().splitlines())) <= 80
+    assert LIGHT_LOOKS.keys() == {*get_args(Light)}
 
 
 def test_tables_and_page_of_a_rig_have_every_quantity(a_fit):

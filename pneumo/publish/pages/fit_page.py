@@ -1,6 +1,6 @@
 """Page of `pneumo fit`: one self-contained HTML file."""
 
-from pneumo.fitting.fit_result import FitResult
+from pneumo.fitting.fit_result import AS_STATED, FitResult
 from pneumo.publish.figures.fit_figures import diagnosis_figure, held_out_figure, residual_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
@@ -8,7 +8,12 @@ from pneumo.publish.text.fit_text import answer_text, misfit_text, next_experime
 from pneumo.publish.text.terminal_tables import RIG_HEADS, RIG_TITLE, fit_heads, fit_rows, rig_rows
 
 # Class and symbol of a light.
-LIGHT_LOOKS = {"green": ("close", "✓"), "yellow": ("explained", "≈"), "red": ("contradicted", "!")}
+LIGHT_LOOKS = {
+    "green": ("close", "✓"),
+    AS_STATED: ("exact", "="),
+    "yellow": ("explained", "≈"),
+    "red": ("contradicted", "!"),
+}
 
 
 def fit_page(fit: FitResult, name: str) -> str:

@@ -4,6 +4,7 @@ import numpy as np
 
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
+from pneumo.fitting.lights import determined_text
 from pneumo.publish.text.formatting import KILO
 
 WINDOWS = 20  # of a record, among which the one with the largest residual is looked for
@@ -41,9 +42,8 @@ def answer_text(fit: FitResult) -> str:
             fit.of, "reduced model"
         )
         text += f". Best {other}: {best}, {_error(fit, best) / KILO:.3g} kPa"
-    lights = [light for light, _ in fit.judgements.values()]
-    if lights:
-        text += f". Of {len(lights)} parameters of the rig, {lights.count('green')} are determined"
+    if fit.judgements:
+        text += f". {determined_text(fit.judgements)}"
     return f"{text}."
 
 

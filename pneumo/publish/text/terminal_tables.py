@@ -11,8 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from pneumo.configuration.experiment import Study
-from pneumo.fitting.fit_result import FitResult, rms_of_chambers
+from pneumo.fitting.fit_result import AS_STATED, FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
+from pneumo.fitting.lights import BEYOND
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.selection.answer import Answer, export_command
 from pneumo.statistics.error_budget import Row
@@ -65,7 +66,7 @@ def ranking_rows(ranking: Ranking) -> list[list[str]]:
 def budget_heads(answer: Answer) -> list[str]:
     """Headings of the error budget: the group whose measurement helps most comes first."""
     measured = ["record"] if answer.budget.measured else []
-    strokes = ["stroke, rest"] if _strokes(answer) else []
+    strokes = ["strokes into rest"] if _strokes(answer) else []
     return ["model", "n", *measured, "all", "95 %", *answer.budget.groups, "model itself", *strokes]
 
 
@@ -91,7 +92,7 @@ def budget_cells(row: Row, answer: Answer) -> list[str]:
 def budget_table(answer: Answer) -> Table:
     """Error budget of one cylinder, lowest expected error first; the chosen model is bold."""
     rows = [budget_cells(row, answer) for row in answer.rows]
-    heads = [head.replace(" ", "\n") for head in budget_heads(answer)]
+    heads = [head if head[0].isdigit() else head.replace(" ", "\n", 1) for head in budget_heads(answer)]
     table = _table("", heads, rows, answer.chosen, numbers=True)
     table.title, table.box = None, None
     return table
@@ -180,8 +181,10 @@ def fit_rows(fit: FitResult) -> list[list[str]]:
 
 RIG_TITLE = (
     "The rig, by the full order. Intervals include the effect of uncertain inputs.\n"
-    "Green: determined. Yellow: wide, or a warning. Red: not determined."
+    "Green: determined. Yellow: wide, or a warning. Red: not determined.\n"
+    "As stated: known from the configuration, to which the record adds little."
 )
+COLOURS = {AS_STATED: "cyan"}  # of lights whose name is none
 RIG_HEADS = ("parameter", "light", "95 % interval", "inputs", "mainly", "reason")
 
 
@@ -203,6 +206,12 @@ def rig_rows(fit: FitResult) -> list[list[str]]:
             largest = str(cell["quantity"].values[np.argmax(np.abs(moved))])
             row[3:5] = f"± {np.sqrt(moved @ moved):.2g}", headings.get(largest, largest).removeprefix("the ")
         rows.append(row)
+        if name == "k_xu" and fit.C_per_k_xu is not None and reason.startswith(BEYOND):
+            part = fit.reached / fit.u_max
+            row = [f"C at {fit.reached:.3g} V", "green", *row[2:-1], ""]
+            row[2] = f"{part * interval.value:{form}} ({interval.scaled(part).ends_text(form)})"
+            row[3] = f"± {part * np.sqrt(moved @ moved):.2g}" if row[3] != "–" else row[3]
+            rows.append(row)
     return rows
 
 
@@ -245,7 +254,7 @@ def _model_table(fit: FitResult) -> Table:
 def full_order_table(rows: Sequence[Sequence[str]]) -> Table:
     """Table of `rig_rows`, with the lights in their colours; below it the reasons of those not green."""
     *heads, _ = RIG_HEADS
-    shown = ([row[0], f"[{row[1]}]{row[1]}[/]", *row[2:-1]] for row in rows)
+    shown = ([row[0], f"[{COLOURS.get(row[1], row[1])}]{row[1]}[/]", *row[2:-1]] for row in rows)
     table = _table(RIG_TITLE, heads, shown)
     named: dict[str, list[str]] = {}
     for heading, *_, reason in rows:
