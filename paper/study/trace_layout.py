@@ -92,16 +92,20 @@ class ErrorsOfRun:
                 values[0][:, lanes] = 0.0
             self.samples[0][:, lanes] = 0.0
         end = first + len(P)
-        error = self.full[first:end, :, None] - P
+        # Steps side by side in memory, along which `reduceat` is several times faster.
+        error = np.empty((2, len(lanes), len(P)))
+        np.subtract(self.full[first:end].T[:, None], P.transpose(1, 2, 0), out=error)
         within = self.begins[(self.begins > first) & (self.begins < end)] - first
         parts = np.array([0, *within])
         interval = np.searchsorted(self.begins, first, "right") - 1
         at = slice(interval, interval + len(parts)), slice(None), lanes
-        self.lowest[at] = np.minimum(self.lowest[at], np.minimum.reduceat(error, parts))
-        self.highest[at] = np.maximum(self.highest[at], np.maximum.reduceat(error, parts))
-        self.squares[at] += np.add.reduceat(error**2, parts)
+        lowest, highest = (of.reduceat(error, parts, axis=2) for of in (np.minimum, np.maximum))
+        self.lowest[at] = np.minimum(self.lowest[at], np.moveaxis(lowest, 2, 0))
+        self.highest[at] = np.maximum(self.highest[at], np.moveaxis(highest, 2, 0))
         a, b = np.searchsorted(self.shown, (first, end))
-        self.samples[a:b, :, lanes] = error[self.shown[a:b] - first]
+        self.samples[a:b, :, lanes] = np.moveaxis(error[..., self.shown[a:b] - first], 2, 0)
+        np.square(error, out=error)
+        self.squares[at] += np.moveaxis(np.add.reduceat(error, parts, axis=2), 2, 0)
 
     def of_lanes(self, index: np.ndarray) -> Self:
         """Keep errors of the lanes with these indices only; a lane may be there more than once."""
