@@ -127,6 +127,9 @@ def export(
         Option(help="c: with a filter that estimates the pressures, from x and this many measured"),
     ] = None,
     fmi: Annotated[Literal["2", "3"], Option(help="version of the FMU")] = "2",
+    name: Annotated[
+        str | None, Option(help="name of functions, blocks and FMU, for several in one program [the model's]")
+    ] = None,
     output: Annotated[Path | None, output_to("file to write [a single file: standard output]")] = None,
 ) -> None:
     """Write a model as source code, or as an FMU."""
@@ -155,17 +158,18 @@ def export(
         observer=observer,
         dynamics=dynamics,
         two_valves=two_valves,
+        name=name,
     )
     if output is None:
         return typer.echo("".join(text.decode() for text in files.values()), nl=False)
     first, *rest = files
-    names = {first: output.name} | {name: name for name in rest}
+    names = {first: output.name} | {file: file for file in rest}
     if not output.parent.exists():
         typer.echo(f"{output.parent}: new folder")
-    write_files({names[name]: content for name, content in files.items()}, output.parent)
+    write_files({names[file]: content for file, content in files.items()}, output.parent)
     moving = piston or observer is not None
     chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics, two_valves=two_valves)
-    typer.echo(f"{', '.join(str(output.parent / name) for name in names.values())}: written")
+    typer.echo(f"{', '.join(str(output.parent / file) for file in names.values())}: written")
     typer.echo(f"states {', '.join(chosen.states)}; inputs {', '.join(chosen.inputs)}")
     if limit := validity(chosen):
         typer.echo(f"note: {limit}")

@@ -70,11 +70,17 @@ class System(NamedTuple):
     piston: bool = False  # else position and velocity are
     dynamics: ValveDynamics = PROPORTIONAL  # of the valve; its dead time is not in the equations
     two_valves: bool = False  # one for each chamber, with commands u_A and u_B
+    own_name: str = ""  # of its exports, in place of the model's
+
+    @property
+    def model_name(self) -> str:
+        """Name of the model; "full" for the full order."""
+        return self.model.name if self.model else FULL_ORDER
 
     @property
     def name(self) -> str:
-        """Name of the model; "full" for the full order."""
-        return self.model.name if self.model else FULL_ORDER
+        """Name with which the names in exported code begin."""
+        return self.own_name or self.model_name
 
     @property
     def chamber_states(self) -> tuple[str, ...]:
@@ -153,6 +159,7 @@ def system(
     piston: bool = False,
     dynamics: ValveDynamics = PROPORTIONAL,
     two_valves: bool = False,
+    own_name: str = "",
 ) -> System:
     """A `System` from a model's row or name, or "full" for the full order; errors as in `model_and_index`."""
     if isinstance(model, str) and model not in (*MODELS, FULL_ORDER):
@@ -160,7 +167,7 @@ def system(
     if two_valves and not valve:
         raise InputError("--two-valves: not with --no-valve")
     row, n = (None, 1.0) if model == FULL_ORDER else model_and_index(model, n)
-    return System(row, n, plant, valve, piston, dynamics, two_valves)
+    return System(row, n, plant, valve, piston, dynamics, two_valves, own_name)
 
 
 def _solve(

@@ -1,6 +1,7 @@
 """C99: a model's rates and steps with header and test program, without allocation."""
 
 from typing import Any, NamedTuple
+from zlib import crc32
 
 from sympy.codegen.ast import float32, real
 from sympy.printing.c import C99CodePrinter
@@ -94,6 +95,7 @@ def c99(
         "kinks": kinks,
         "derivatives": derivatives,
         "noise": noise,
+        "identity": f"{crc32(repr((system, precision, noise)).encode()):#010x}",
         "of_filter": {"steps": STEPS, "first": FIRST_VARIANCES, "first_pressure": FIRST_PRESSURE},
         "vectors": known_steps(system),
         "scale": system.scale,

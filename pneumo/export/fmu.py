@@ -168,8 +168,8 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
         raise InputError(f"--fmi {fmi}: must be 2 or 3")
     parts, constants = printed(system)
     indicators = kinks(system, parts, printer_of(constants))
-    sources = c99(system, system.name, kinks=indicators, derivatives=True)
-    del sources[f"{system.name}_test.c"]
+    sources = c99(system, "model", kinks=indicators, derivatives=True)
+    del sources["model_test.c"]
     # With Coulomb friction a step that reverses the velocity ends at rest, which an outer solver cannot do.
     stuck = system.piston and system.plant.cylinder.coulomb > 0
     kinds = ["CoSimulation"] if stuck else ["ModelExchange", "CoSimulation"]

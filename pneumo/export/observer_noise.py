@@ -35,7 +35,7 @@ def observer_noise(system: System, sensors: str) -> ObserverNoise:
     if sensors not in READINGS:
         raise InputError(f"--observer {sensors}: must name the pressures measured: {', '.join(READINGS)}")
     kept, plant = json.loads(FILE.read_text(encoding="utf-8")), system.plant
-    tuned = kept["pressure_noise"][sensors].get(system.name)
+    tuned = kept["pressure_noise"][sensors].get(system.model_name)
     best = f"best in {kept['loop']} loop, mean of {kept['plants']} plants at 1 ms; tune it on yours"
     return ObserverNoise(
         kept["force_noise_over_P_s_A_A"] * plant.conditions.P_s * plant.cylinder.A_A,

@@ -138,8 +138,8 @@ def validity(system: System) -> str:
     if drift is None:
         return ""
     return (
-        f"{system.name} holds near P_0 = {P_0:.4g} Pa only. Do not start it vented, nor hold with the valve "
-        "shut: a closed chamber drifts to P_0, from atmospheric pressure in mid-stroke at "
+        f"{system.model_name} holds near P_0 = {P_0:.4g} Pa only. Do not start it vented, nor hold with the "
+        "valve shut: a closed chamber drifts to P_0, from atmospheric pressure in mid-stroke at "
         f"{1e-3 * drift:.3g} kPa/s."
     )
 

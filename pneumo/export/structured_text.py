@@ -246,7 +246,8 @@ def structured_text(system: System, stem: str, precision: str = "double") -> dic
     """Files of a system, by their names: function block, test program, and both as PLCopen XML."""
     name = system.name
     if "__" in name or name.endswith("_"):
-        raise InputError(f"model name {name!r}: --to st: must not have two _ in a row, nor one at its end")
+        what = "--name" if system.own_name else "model name"
+        raise InputError(f"{what} {name!r}: --to st: must not have two _ in a row, nor one at its end")
     units = block(system, precision), program(system, precision)
     text = TEMPLATES.get_template("unit.st.j2")
     xml = TEMPLATES.get_template("plcopen.xml.j2")

@@ -34,6 +34,7 @@ def exported(
     observer: str | None = None,
     dynamics: ValveDynamics = PROPORTIONAL,
     two_valves: bool = False,
+    name: str | None = None,
 ) -> dict[str, bytes]:
     """Files that export a model of a plant, their content by name; the main file comes first.
 
@@ -48,7 +49,7 @@ def exported(
     target : str
         One of `TARGETS`.
     stem : str
-        Name of the files without suffix; the model's name if None.
+        Name of the files without suffix; by default `name`.
     precision : {"double", "float"}
         Type of numbers, in C and Structured Text only.
     valve, piston : bool
@@ -63,16 +64,21 @@ def exported(
         Lag, null offset and dead band of the valve. A dead time is only named in the heads of the files.
     two_valves : bool
         A valve for each chamber, with commands u_A and u_B, as in `pneumo.simulate`.
+    name : str, optional
+        Name with which names in the code begin, such as `left` for ``left_step``; by default the model's.
 
     Raises
     ------
     InputError
-        If there is no such model or target, n or an option is out of range, or the model's name cannot be the
-        name of a function.
+        If there is no such model or target, n or an option is out of range, or the name cannot be that of a
+        function.
     """
     moving = piston or observer is not None
-    chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics, two_valves=two_valves)
-    name, script, observed = chosen.name, target in ("matlab", "casadi"), observer is not None
+    parts = {"valve": valve, "piston": moving, "two_valves": two_valves}
+    chosen = system(model, n, plant, dynamics=dynamics, own_name="" if name is None else name, **parts)
+    script, observed = target in ("matlab", "casadi"), observer is not None
+    what = "model name" if name is None else "--name"
+    name = chosen.name if name is None else name
     stem = name if stem is None else stem
     problems = {
         f"--to {target}: no such target; there are {', '.join(TARGETS)}": target not in TARGETS,
@@ -80,8 +86,8 @@ def exported(
         f"--precision float: only with --to c and --to st; {target} computes in double precision": (
             precision == "float" and target not in STEPPING
         ),
-        f"model name {name!r}: must be letters, digits and _; an exported function gets this name": not (
-            name.isascii() and name.isidentifier()
+        f"{what} {name!r}: must be letters, digits and _, no digit first; exported functions get this name": (
+            not (name.isascii() and name.isidentifier())
         ),
         f"--piston, --no-valve: only with --to c, st and fmu; {target} gets the chambers with their valve": (
             script and not observed and (piston or not valve)

@@ -10,12 +10,18 @@ from pneumo.selection.plants import configured_plant
 
 
 def export_model(
-    configuration: Configuration, cylinder: str, model: str, n: float | None, to: str, file: Path | str
+    configuration: Configuration,
+    cylinder: str,
+    model: str,
+    n: float | None,
+    to: str,
+    file: Path | str,
+    name: str | None = None,
 ) -> list[Path]:
     """Write a model of a configured cylinder as `pneumo export` does; return the files' paths."""
     file, plant = Path(file), configured_plant(in_SI(configuration), cylinder)
     dynamics = configured_dynamics(configuration, cylinder)
-    first, *rest = exported(model, n, plant, to, stem=file.stem, dynamics=dynamics).items()
+    first, *rest = exported(model, n, plant, to, stem=file.stem, dynamics=dynamics, name=name).items()
     files = {file.name: first[1], **dict(rest)}
     write_files(files, file.parent)
-    return [file.parent / name for name in files]
+    return [file.parent / written for written in files]

@@ -65,14 +65,19 @@ class ModelStudy:
         """Errors of every model, run and drawn cylinder, as ``study.nc`` has them."""
         return self.cells
 
-    def export(self, file: Path | str, to: str = "c", cylinder: str | None = None) -> list[Path]:
-        """Write the recommended model of a cylinder, by default the first, as source code or FMU."""
+    def export(
+        self, file: Path | str, to: str = "c", cylinder: str | None = None, name: str | None = None
+    ) -> list[Path]:
+        """Write the recommended model of a cylinder, by default the first, as source code or FMU.
+
+        `name` is the option ``--name`` of `pneumo export`: names in the code begin with it.
+        """
         from pneumo.notebook.export_model import export_model
 
         answer = self._answer(cylinder)
         n = answer.budget.row(answer.chosen).n
         model, n = exported_name(answer.chosen), None if np.isnan(n) else n
-        return export_model(self.configuration, answer.ranking.cylinder, model, n, to, file)
+        return export_model(self.configuration, answer.ranking.cylinder, model, n, to, file, name)
 
     def save(self, folder: Path | str) -> tuple[Path, Path]:
         """Write study.html and study.nc into a folder; return their paths."""

@@ -161,15 +161,20 @@ class RecordFit(RigFit):
         """
         return pair_figure(self.result, model or self.result.model_of_rig)
 
-    def export(self, file: Path | str, model: str = FULL_ORDER, to: str = "c") -> list[Path]:
-        """Write a fitted model as source code or FMU, as `pneumo export` does from ``fitted.yaml``."""
+    def export(
+        self, file: Path | str, model: str = FULL_ORDER, to: str = "c", name: str | None = None
+    ) -> list[Path]:
+        """Write a fitted model as source code or FMU, as `pneumo export` does from ``fitted.yaml``.
+
+        `name` is the option ``--name``: names in the code begin with it.
+        """
         with TemporaryDirectory() as folder:
             text = Path(folder, "fitted.yaml")
             text.write_text(self._fitted(), encoding="utf-8")
             fitted = load(text)
         has_n = model in MODELS and MODELS[model].has_n
         n = self.result.estimates(model)["n"].value if has_n else None
-        return export_model(fitted, self.cylinder, model, n, to, file)
+        return export_model(fitted, self.cylinder, model, n, to, file, name)
 
     def _fitted(self) -> str:
         """Text of ``fitted.yaml``."""

@@ -91,7 +91,7 @@ def test_sources_agree_with_the_standard_s_headers(fmi, fmus, tmp_path):
     headers = Path(fmpy.__file__).parent / "c-code"
     zipfile.ZipFile(fmus("M8", fmi)).extractall(tmp_path)
     include = [f"-I{headers}", "-include", f"fmi{fmi}Functions.h", "-Wno-unused-parameter"]
-    command = ["gcc", *STRICT, *include, "-c", f"fmi{fmi}.c", "M8.c"]
+    command = ["gcc", *STRICT, *include, "-c", f"fmi{fmi}.c", "model.c"]
     subprocess.run(command, cwd=tmp_path / "sources", check=True)
     declared = subprocess.run(
         ["gcc", "-E", f"-I{headers}", "-include", f"fmi{fmi}Functions.h", "-xc", "/dev/null"],

@@ -1,19 +1,22 @@
 """Exported code, compiled and run by what it is for, against the right-hand side it was printed from."""
 
+import io
 import runpy
 import shutil
 import subprocess
+import zipfile
 
 import numpy as np
 import pytest
 from bad_input import PAPER
 from brief import in_brief
-from exported_c import C_COMPILER, CompiledModel
+from exported_c import C_COMPILER, STRICT, CompiledModel, write
 from plain_rates import EVERY, OWN, plain_rate, rate_size
 
 from pneumo import MODELS
+from pneumo.equations.system import step, system
 from pneumo.errors import InputError
-from pneumo.export import exported
+from pneumo.export import TARGETS, exported
 from pneumo.physics.valve import limited
 
 N = 1.35
@@ -109,6 +112,8 @@ def test_casadi(model, plant, random_states, tmp_path):
         *(({"model": "M99"}, "M99"), ({"target": "fortran"}, "fortran"), ({"precision": "half"}, "half")),
         ({"target": "matlab", "precision": "float"}, "float"),
         ({"model": OWN._replace(name="my model")}, "my model"),
+        *(({"name": name}, "--name '") for name in ("my axis", "2nd", "", "a-b", "größe")),
+        ({"name": "left__axis", "target": "st"}, "--name 'left__axis'"),
         ({"target": "casadi", "piston": True}, "--piston"),
         ({"target": "fmu", "fmi": 1}, "--fmi 1"),
         *(({"stem": name}, "#include") for name in ('a"b', "a\nb")),  # would reach the code
@@ -118,6 +123,78 @@ def test_bad_exports_are_refused(arguments, words, plant):
     given = {"model": "M8", "n": N, "plant": plant, "target": "c"} | arguments
     with pytest.raises(InputError, match=words):
         exported(**given)
+
+
+AXES = {"left": 25e-3, "right": 40e-3}  # bore, m
+TWO_AXES = """#include <stdio.h>
+#include "left.h"
+#include "right.h"
+int main(void)
+{
+    double left[left_STATES] = {3e5, 3e5}, right[right_STATES] = {3e5, 3e5};
+    const double inputs[left_INPUTS] = {2.0, 0.01, 0.1};
+    int failed = left_step(&left_defaults, inputs, inputs, 1e-3, left);
+    failed |= right_step(&right_defaults, inputs, inputs, 1e-3, right);
+    printf("%.17g %.17g\\n", left[left_P_A], right[right_P_A]);
+    return failed;
+}
+"""
+
+
+def axis(plant, name):
+    """Plant of one of `AXES`."""
+    area = np.pi * AXES[name] ** 2 / 4
+    return plant._replace(cylinder=plant.cylinder._replace(bore=AXES[name], A_A=area, A_B=area))
+
+
+@C_COMPILER
+@pytest.mark.parametrize("linked", ["objects", "left first", "right first"])
+def test_two_named_axes_run_in_one_program(linked, plant, tmp_path):
+    for name in AXES:
+        write(exported("M6", N, axis(plant, name), "c", name=name), tmp_path)
+    (tmp_path / "main.c").write_text(TWO_AXES)
+    sources = ["left.c", "right.c", "main.c"]
+    commands = [["gcc", *STRICT, "-c", *sources]]
+    link = ["gcc", "main.o", "-o", "program"]
+    if linked == "objects":
+        commands.append([*link, "left.o", "right.o", "-lm"])
+    else:
+        libraries = ["-lleft", "-lright"] if linked == "left first" else ["-lright", "-lleft"]
+        commands += [["ar", "rcs", f"lib{name}.a", f"{name}.o"] for name in AXES]
+        commands.append([*link, "-L.", *libraries, "-lm"])
+    for command in commands:
+        subprocess.run(command, cwd=tmp_path, check=True)
+    said = subprocess.run(["./program"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    inputs, expected = [2.0, 0.01, 0.1], list[float]()
+    for name in AXES:
+        expected.append(step(system("M6", N, axis(plant, name)), [3e5, 3e5], inputs, inputs, 1e-3)[0])
+    assert abs(expected[0] - expected[1]) > 100  # Pa
+    np.testing.assert_allclose([float(text) for text in said.split()], expected, rtol=1e-12)
+
+
+@C_COMPILER
+def test_two_cylinders_of_one_name_do_not_compile(plant, tmp_path):
+    """Without the error one would silently run with the parameters of the other."""
+    for name in AXES:
+        write(exported("M6", N, axis(plant, name), "c", stem=name), tmp_path)
+    for other, message in (("left", ""), ("right", "export one again with --name")):
+        (tmp_path / "main.c").write_text(f'#include "left.h"\n#include "{other}.h"\n')
+        ran = subprocess.run(["gcc", "-c", "main.c"], cwd=tmp_path, capture_output=True, text=True)
+        assert bool(ran.returncode) == bool(message) and message in ran.stderr
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_name_of_one_s_own_replaces_that_of_the_model(target, plant):
+    for name, content in exported("M8", N, plant, target, name="left").items():
+        texts = [content]
+        if target == "fmu":
+            files = zipfile.ZipFile(io.BytesIO(content))
+            texts = [files.read(file) for file in files.namelist() if not file.startswith("binaries")]
+            assert all("M8" not in file for file in files.namelist())
+        assert name.startswith("left")
+        for text in texts:
+            code = text.decode().replace("model M8 at", "").replace("M8 holds near", "")
+            assert "M8" not in code and "left" in code
 
 
 @pytest.fixture
@@ -142,6 +219,10 @@ def test_command_writes_or_prints_the_source(export, plant, tmp_path):
     assert (code, error) == (0, "") and "states P_A, P_B; inputs u, x, v\n" in out
     assert {f"m8{end}" for end in (".st", "_test.st", ".xml")} <= {path.name for path in tmp_path.iterdir()}
     assert export(to="casadi") == (0, source("M8", plant, "casadi"), "")
+    assert export(output="m8.c", name="left")[0] == 0
+    assert {p.name: p.read_bytes() for p in tmp_path.glob("m8*.[ch]")} == exported(
+        "M8", N, plant, "c", stem="m8", name="left"
+    )
 
 
 @pytest.mark.parametrize(
