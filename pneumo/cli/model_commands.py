@@ -171,6 +171,10 @@ def export(
     chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics, two_valves=two_valves)
     typer.echo(f"{', '.join(str(output.parent / file) for file in names.values())}: written")
     typer.echo(f"states {', '.join(chosen.states)}; inputs {', '.join(chosen.inputs)}")
+    if to == "fmu":
+        from pneumo.export.fmu import platforms_note
+
+        typer.echo(platforms_note(files[first]))
     if limit := validity(chosen):
         typer.echo(f"note: {limit}")
     if to == "c":

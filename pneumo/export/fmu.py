@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Iterable
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
@@ -29,20 +30,21 @@ COMPILER = "gcc"
 
 
 class Platform(NamedTuple):
-    """A platform of FMUs: zig's name, the folders of both versions of FMI, and the suffix of a library."""
+    """A platform of FMUs: its names, the folders of both versions of FMI, and the suffix of a library."""
 
-    target: str
+    name: str
+    target: str  #: zig's name
     fmi_2: str  #: empty where FMI 2 has no name for it
     fmi_3: str
     suffix: str
 
 
 PLATFORMS = (
-    Platform("x86_64-linux-gnu.2.28", "linux64", "x86_64-linux", ".so"),
-    Platform("aarch64-linux-gnu.2.28", "", "aarch64-linux", ".so"),
-    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll"),
-    Platform("x86_64-macos", "darwin64", "x86_64-darwin", ".dylib"),
-    Platform("aarch64-macos", "", "aarch64-darwin", ".dylib"),
+    Platform("Linux x86-64", "x86_64-linux-gnu.2.28", "linux64", "x86_64-linux", ".so"),
+    Platform("Linux ARM64", "aarch64-linux-gnu.2.28", "", "aarch64-linux", ".so"),
+    Platform("Windows x86-64", "x86_64-windows-gnu", "win64", "x86_64-windows", ".dll"),
+    Platform("macOS x86-64", "x86_64-macos", "darwin64", "x86_64-darwin", ".dylib"),
+    Platform("macOS ARM64", "aarch64-macos", "", "aarch64-darwin", ".dylib"),
 )
 STEP = 1e-3  # s, longest inside a step of co-simulation
 REFERENCES = {"PARAMETER": 100, "INPUT": 200, "STATE": 300, "RATE": 400, "KINK": 500}
@@ -180,6 +182,7 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
         "F": f"fmi{fmi}",
         "tool": f"pneumo {version('pneumo')}",
         "title": " ".join((heading(system).partition("\n")[0], validity(system))).rstrip(),
+        "binaries": "",
         "kinds": kinds,
         "constants": constants,
         "piston": system.piston and "ModelExchange" in kinds,
@@ -198,11 +201,34 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
     everything = "".join((*sources.values(), text(f"fmi{fmi}.xml"), text("fmi.c")))
     known["token"] = "{" + sha256(everything.encode()).hexdigest()[:32] + "}"
     sources |= {"instance.h": text("instance.h"), f"fmi{fmi}.c": text("fmi.c")}
+    binaries = _binaries(system.name, sources, fmi)
+    known["binaries"] = f" {platforms_text(binaries)}."
     files = {"modelDescription.xml": text(f"fmi{fmi}.xml").encode()}
     files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
     if fmi == 3:
         files["sources/buildDescription.xml"] = text("build.xml").encode()
-    return _packed(files | _binaries(system.name, sources, fmi))
+    return _packed(files | binaries)
+
+
+def _platforms(paths: Iterable[str]) -> list[Platform]:
+    """Platforms whose binaries are among the paths of an FMU's files."""
+    folders = {path.split("/")[1] for path in paths if path.startswith("binaries/")}
+    return [platform for platform in PLATFORMS if folders & {platform.fmi_2, platform.fmi_3}]
+
+
+def platforms_text(paths: Iterable[str]) -> str:
+    """Phrase that says for which platforms an FMU of these files has binaries."""
+    names = ", ".join(platform.name for platform in _platforms(paths))
+    return f"Binaries for {names}" if names else "No binaries, C sources only"
+
+
+def platforms_note(content: bytes) -> str:
+    """Line on the binaries of an FMU, and on how to get those for other platforms."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        paths = archive.namelist()
+    if len(_platforms(paths)) > 1:
+        return platforms_text(paths)
+    return f"{platforms_text(paths)}; for Windows, macOS and Linux: pip install ziglang, and export again"
 
 
 def _binaries(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
@@ -225,7 +251,8 @@ def _binaries(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
                 command = [*compiler, *flags, "-o", library, *units, "-lm"]
                 ran = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
                 if ran.returncode:
-                    raise InputError(f"{compiler[0]}: {ran.stderr.strip().splitlines()[0]}")
+                    said = (ran.stderr.strip() or f"exit code {ran.returncode}").splitlines()[0]
+                    raise InputError(f"{' '.join(compiler[:3])}: {said}")
                 binaries[f"binaries/{place}/{name}{of.suffix}"] = (Path(folder) / library).read_bytes()
     return binaries
 

@@ -16,7 +16,7 @@ from valve_paths import plant as plant_with
 from pneumo import simulate
 from pneumo.equations.system import step, system
 from pneumo.export import exported
-from pneumo.export.fmu import UNITS
+from pneumo.export.fmu import PLATFORMS, UNITS, platforms_note
 from pneumo.linear.linear_model import derivatives
 from pneumo.physics.valve_dynamics import ValveDynamics
 
@@ -83,6 +83,21 @@ def test_variables_have_units_and_parameters_can_be_tuned(fmi, fmus):
     assert {v.unit for v in description.modelVariables if v.unit} <= set(UNITS)
     rates = {v.name: v.derivative.name for v in description.modelVariables if v.derivative}
     assert rates == {f"der({name})": name for name in ("x", "v", "P_A", "T_A", "P_B", "T_B")}
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_an_fmu_says_for_which_platforms_it_has_binaries(fmi, fmus, plant, monkeypatch):
+    path = fmus("M8", fmi)
+    folders = {Path(name).parent.name for name in zipfile.ZipFile(path).namelist() if "binaries" in name}
+    description = fmpy.read_model_description(path).description
+    of = {platform.name: {platform.fmi_2, platform.fmi_3} & folders for platform in PLATFORMS}
+    named = [name for name in of if name in description]
+    assert named == [name for name, there in of.items() if there] and len(named) == len(folders) > 0
+    monkeypatch.setattr("pneumo.export.fmu.find_spec", lambda _: None)
+    monkeypatch.setattr("pneumo.export.fmu.COMPILER", "no-such-compiler")
+    (bare,) = exported("M8", N, plant, "fmu", fmi=fmi).values()
+    assert "No binaries" in fmpy.read_model_description(io.BytesIO(bare)).description
+    assert "pip install ziglang" in platforms_note(bare)
 
 
 @pytest.mark.parametrize("fmi", in_brief([2, 3], [3]))
