@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
 from pneumo.configuration.experiment import Plant
+from pneumo.configuration.valve_conversions import area_per_conductance
 from pneumo.equations.branches import Choice, choices
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import Chamber, Cylinder, Side, acceleration, heat_area, motion, stopped, volume
@@ -239,7 +240,13 @@ def symbols_of(plant: Plant) -> Plant:
     """A plant whose numbers are symbols named as in `constants`; an absent load, friction or leak stays 0."""
     gas, valve, conditions, cylinder, _ = plant
     valve = _symbolic(valve)._replace(paths=_symbols_of_paths(valve.paths))
-    return Plant(_symbolic(gas), valve, _symbolic(conditions), _symbolic(cylinder), _real("k_0"))
+    gas = _symbolic(gas)
+    if gas.elliptic:  # a valve by its catalogue, with the figures of its data sheet
+        area = _real("area_per_C")
+        leak = valve.leak and _real("C_leak") * area
+        valve = valve._replace(k_xu=_real("C") * area / valve.u_max, leak=leak)
+        gas = gas._replace(critical_ratio=_real("b"))
+    return Plant(gas, valve, _symbolic(conditions), _symbolic(cylinder), _real("k_0"))
 
 
 def symbols_of_valve(dynamics: ValveDynamics) -> ValveDynamics:
@@ -310,6 +317,10 @@ CONSTANTS = {  # unit and meaning of each number, in the order of exports
     "sonic_coefficient": ("s K^0.5/m", "eq (1)"),
     "critical_ratio": ("1", "P_d/P_u at which flow becomes sonic, eq (1)"),
     "k_xu": ("m^2/V", "valve area per volt, eq (2)"),
+    "C": ("dm^3/(s bar)", "sonic conductance from the supply at u_max, ISO 6358"),
+    "b": ("1", "critical pressure ratio, ISO 6358"),
+    "C_leak": ("dm^3/(s bar)", "sonic conductance that stays open to either port"),
+    "area_per_C": ("m^2 s bar/dm^3", "area of a conductance of 1, with the reference atmosphere of ISO 6358"),
     "laminar": ("1", "1 - P_d/P_u below which flow is proportional to it"),
     "exhaust": ("1", "area to the atmosphere over area from the supply"),
     "leak": ("m^2", "area that stays open to either port"),
@@ -340,12 +351,22 @@ CONSTANTS = {  # unit and meaning of each number, in the order of exports
 }
 
 
+def _catalogue_figures(plant: Plant) -> dict[str, float]:
+    """Figures of a valve's data sheet, with the units of `CONSTANTS`; conductances without their rounding."""
+    gas, valve = plant.gas, plant.valve
+    area = area_per_conductance(gas)
+    figures = {"C": valve.k_xu * valve.u_max / area, "C_leak": valve.leak / area}
+    rounded = {name: float(f"{value:.15g}") for name, value in figures.items()}
+    return rounded | {"b": gas.critical_ratio, "area_per_C": area}
+
+
 def constants(plant: Plant, n: float, dynamics: ValveDynamics = PROPORTIONAL) -> list[Constant]:
     """All numbers of a plant and its valve's dynamics, and the polytropic index n, as named constants."""
     paths = plant.valve.paths
     values = plant.valve._asdict() | plant.conditions._asdict() | plant.cylinder._asdict()
     values |= plant.gas._asdict() | {"gamma_": plant.gas.gamma, "k_0": plant.k_0, "n": n}
     values |= {f"valve_{name}": value for name, value in dynamics._asdict().items()}
+    values |= _catalogue_figures(plant)
     result = [Constant(name, values[name], *of) for name, of in CONSTANTS.items()]
     result += [Constant(f"knot_{i}", u, "V", "own command of a chamber") for i, u in enumerate(paths.u, 1)]
     where = {"inlet": ("from the supply", paths.supply), "outlet": ("to the atmosphere", paths.exhaust)}

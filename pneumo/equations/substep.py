@@ -158,7 +158,7 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> E
         return drop, k.P_port + drop, k.P_port / (k.P_port + drop), k.T_guess, outlet
 
     def flowing(k: Any) -> tuple[Any, Any]:
-        its_gas = gas._replace(critical_ratio=k.b) if paths.b else gas
+        its_gas = gas._replace(critical_ratio=k.b_port) if paths.b else gas
         return flow_and_exponent(k.A_t, k.P_u, k.ratio, k.T_u, its_gas, restrictions)
 
     def slope(k: Any) -> Any:
@@ -243,7 +243,7 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> E
         let("growth", "m^3/s, its rate", lambda k: k.area * k.v, at)
     ports = "A_t P_port" + " A_other P_other" * two
     if valve and paths.knots:
-        ports += (" b" + " b_other" * two) * bool(paths.b)
+        ports += (" b_port" + " b_other" * two) * bool(paths.b)
         let(ports, "m^2, Pa, of the open port", open_path)
     elif valve:
         let(ports, "m^2, Pa, eq (2)", open_port)

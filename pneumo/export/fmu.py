@@ -48,8 +48,9 @@ PLATFORMS = (
 )
 STEP = 1e-3  # s, longest inside a step of co-simulation
 REFERENCES = {"PARAMETER": 100, "INPUT": 200, "STATE": 300, "RATE": 400, "KINK": 500}
-GAS = ("R", "gamma_", "sonic_coefficient", "critical_ratio")  # depend on each other: not to be tuned alone
-UNITS: dict[str, dict[str, int]] = {  # name: powers of the base units
+# Depend on each other: not to be tuned alone.
+GAS = ("R", "gamma_", "sonic_coefficient", "critical_ratio", "area_per_C")
+UNITS: dict[str, dict[str, float]] = {  # name: powers of the base units, and a factor
     "s": {"s": 1},
     "m": {"m": 1},
     "m/s": {"m": 1, "s": -1},
@@ -67,6 +68,7 @@ UNITS: dict[str, dict[str, int]] = {  # name: powers of the base units
     "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
     "V/s": {"kg": 1, "m": 2, "s": -4, "A": -1},
     "m^2/V": {"kg": -1, "s": 3, "A": 1},
+    "dm^3/(s bar)": {"kg": -1, "m": 4, "s": 1, "factor": 1e-8},
     "W/K": {"kg": 1, "m": 2, "s": -3, "K": -1},
     "J/(kg K)": {"m": 2, "s": -2, "K": -1},
 }

@@ -206,6 +206,35 @@ def test_a_tuned_parameter_is_the_plant_s(plant, fmus, tmp_path):
     assert tuned["P_A"][-1] == exported_run["P_A"][-1] != untuned["P_A"][-1]
 
 
+VALVES = [  # as exported, and the figures of another data sheet
+    ({}, {"C": 0.8, "b": 0.45}),
+    ({"leak_dm3_per_sbar": 0.01}, {"C": 2.0, "C_leak": 0.03}),
+    ({"curve": CURVE}, {"C": 0.75}),
+]
+
+
+@pytest.mark.parametrize(("valve", "figures"), VALVES)
+def test_a_valve_is_changed_by_the_figures_of_its_data_sheet(valve, figures, fmus, tmp_path):
+    if "curve" in valve:
+        factor = figures["C"] / max(CURVE["C_dm3_per_sbar"])
+        changed = {"curve": CURVE | {"C_dm3_per_sbar": [factor * C for C in CURVE["C_dm3_per_sbar"]]}}
+    else:
+        keys = {"C": "C_dm3_per_sbar", "b": "b", "C_leak": "leak_dm3_per_sbar"}
+        changed = valve | {keys[name]: value for name, value in figures.items()}
+    # The half-bridge pressure P_0 depends on b, but is a parameter of its own.
+    other = plant_with(**changed)._replace(conditions=plant_with(**valve).conditions)
+    (content,) = exported("full", None, other, "fmu").values()
+    (tmp_path / "other.fmu").write_bytes(content)
+    table = signals(np.array([0.0, 0.3]), u=np.array([2.0, -2.0]))
+    options = {"input": table, "stop_time": 0.3, "fmi_type": "CoSimulation"}
+    path = fmus("full", 2, plant=plant_with(**valve))
+    tuned = fmpy.simulate_fmu(path, start_values=figures, **options)["P_A"]
+    untuned = fmpy.simulate_fmu(path, **options)["P_A"]
+    expected = fmpy.simulate_fmu(str(tmp_path / "other.fmu"), **options)["P_A"]
+    np.testing.assert_allclose(tuned, expected, rtol=1e-10)  # roundings of the area, over 300 steps
+    assert np.max(np.abs(tuned - untuned)) > 1e3
+
+
 DERIVED = [(model, fmi, parts) for model, fmi, parts in FORMS if model != "M1"]
 
 
