@@ -12,6 +12,7 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION, Accuracy
+from pneumo.fitting.circuits import circuit_text
 from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
 from pneumo.fitting.fitted_parameters import (
@@ -67,7 +68,9 @@ def fit_warnings(
         # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
         cause = [] if unexplained else configured_warnings(problem, estimate)
         cause += [] if odd and unexplained else offset_warnings(problem, estimate)
-    return symptoms + (cause or of_parameters)
+    if not cause:
+        symptoms = [FitWarning(f"{s}; {circuit_text(problem, estimate)}", *s.parameters) for s in symptoms]
+    return [*symptoms, *(cause or of_parameters)]
 
 
 def moved_out(problem: Problem, estimate: Estimate, values: Mapping[str, float]) -> tuple[str, ...]:
