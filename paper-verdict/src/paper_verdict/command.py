@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -29,10 +30,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return run(given)
     except PaperError as error:
         return _failed(given, str(error))
+    except BrokenPipeError:  # as of `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return AGREED
     except OSError as error:
         return _failed(given, f"{error.filename}: {error.strerror}")
     except Exception as error:  # of the user's functions
-        print(user_traceback(error), end="", file=sys.stderr)
+        shown = user_traceback(error)
+        if not shown:
+            raise
+        print(shown, end="", file=sys.stderr)
         return _failed(given, f"computations.py failed: {type(error).__name__}; its traceback is above")
 
 

@@ -47,7 +47,7 @@ def compare(claim: Claim, tolerance: ToleranceClass, finding: Finding) -> Agreem
     largest = max(limit * (units.get(tolerance.measure) or 1.0), tolerance.floor)
     if tolerance.seeds is not None and claim.seed_deviation is not None:
         largest = min(largest, claim.half_unit + doubtful)
-    slack = 1e-9 * max(abs(claim.value), claim.half_unit)  # decimal fractions are not binary ones
+    slack = 1e-9 * claim.half_unit + 1e-14 * abs(claim.value)  # decimal fractions are not binary ones
     nearest = finding.nearest(claim.value)
     off = nearest - claim.value
     # Of an interval, the paper does not say which run it means, unless the printed inputs allow all of it.

@@ -38,8 +38,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def user_traceback(error: BaseException) -> str:
-    """Traceback of an error in a user's code, without the frames of this package, and its notes."""
+    """Traceback of an error in a user's code, without the frames of this package, and its notes.
+
+    Empty where no function of the user was called.
+    """
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if not frame.filename.startswith(PACKAGE)] or frames
+    own = [frame for frame in frames if not frame.filename.startswith((PACKAGE, "<frozen"))]
+    if all("site-packages" in frame.filename for frame in own):
+        return ""
     called = "".join(traceback.format_list(own) + traceback.format_exception_only(error))
     return f"Traceback (most recent call last):\n{called}"

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from numbers import Real
 from typing import Any, NamedTuple
 
+from paper_verdict.errors import PaperError
+
 
 class MissingEvidence(LookupError):
     """A claim cannot be judged: a result or a printed number that it needs is missing."""
@@ -49,8 +51,8 @@ class Finding(NamedTuple):
 Computation = Callable[..., Any]
 
 
-def as_finding(result: Any) -> Finding:
-    """Finding of whatever a computation returned; `TypeError` if it is nothing that can be compared."""
+def as_finding(result: Any, place: str) -> Finding:
+    """Finding of whatever a computation returned; `PaperError` if it is nothing that can be compared."""
     if isinstance(result, Finding):
         return result
     if hasattr(result, "item") and getattr(result, "size", 1) == 1:  # a number of NumPy or xarray
@@ -61,4 +63,4 @@ def as_finding(result: Any) -> Finding:
         return Finding(shown=result)
     if isinstance(result, Real):
         return Finding(float(result))
-    raise TypeError(f"returned {result!r:.80}; return a number, True or False, a text or a Finding")
+    raise PaperError(f"{place}: returned {repr(result)[:60]}; return a number, True or False, or a Finding")

@@ -138,12 +138,13 @@ class Judge:
         """Finding of a claim's computation by a source."""
         place = f"{claim.source}: {claim.id}: {claim.compute}"
         try:
-            finding = as_finding(self.paper.computations[claim.compute](source, **claim.arguments))
+            result = self.paper.computations[claim.compute](source, **claim.arguments)
         except MissingEvidence:
             raise
         except Exception as error:
             error.add_note(place)
             raise
+        finding = as_finding(result, place)
         check_kind(claim, self.claims.classes[claim.tolerance], finding, place)
         return finding
 

@@ -50,8 +50,13 @@ def _module(file: Path) -> ModuleType:
 @contextmanager
 def _importing_from(*folders: Path) -> Generator[None]:
     before = list(sys.path)
+    known = set(sys.modules)
     sys.path[:0] = [str(folder) for folder in folders if str(folder) not in before]
     try:
         yield
     finally:
         sys.path[:] = before
+        beside = str(folders[-1])  # another paper may have modules of the same names
+        for name in set(sys.modules) - known:
+            if (getattr(sys.modules[name], "__file__", None) or "").startswith(beside):
+                del sys.modules[name]

@@ -4,6 +4,7 @@ First a line for each table and figure, then each table with print and reproduct
 curves; every number leads to its cell and its tolerance. Then facts, errata and assumptions.
 """
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
@@ -208,7 +209,11 @@ def _grids(cells: Sequence[Row]) -> Iterable[str]:
     else:
         by_place = {(item["row"], item["column"], _group(item, keys)): item for item in cells}
         groups = list(dict.fromkeys(_group(item, keys) for item in cells))
-    head = "".join(f'<th scope="col">{marked(column)}</th>' for column in columns)
+    units = {column: _unit_of_column(column, by_place) for column in columns}
+    head = "".join(
+        f'<th scope="col">{marked(column)}{f"<small>{escape(unit)}</small>" if unit else ""}</th>'
+        for column, unit in units.items()
+    )
     rows: list[str] = []
     for group in groups:
         if group:
@@ -221,13 +226,8 @@ def _grids(cells: Sequence[Row]) -> Iterable[str]:
             if any(members):
                 body = "".join(_cell(item) if item else '<td class="empty"></td>' for item in members)
                 rows.append(f'<tr><th scope="row">{marked(row)}</th>{body}</tr>')
-    units = dict.fromkeys(_unit(item) for item in cells)
-    note = f"<p><small>In {', '.join(map(escape, filter(None, units)))}.</small></p>" if any(units) else ""
-    yield (
-        '<div class="scroll" tabindex="0"><table'
-        f' class="grid"><thead><tr><th></th>{head}</tr></thead>\n<tbody>'
-        f"{chr(10).join(rows)}</tbody></table></div>{note}"
-    )
+    yield f'<div class="scroll" tabindex="0"><table class="grid"><thead><tr><th></th>{head}</tr></thead>'
+    yield "<tbody>" + "\n".join(rows) + "</tbody></table></div>"
 
 
 def _telling_keys(cells: Sequence[Row]) -> list[str]:
@@ -248,11 +248,19 @@ def _group(item: Row, keys: Sequence[str]) -> str:
     return ", ".join(f"{k} {v}" if re.match(r"[-+\d.]", v) else v for k, v in zip(keys, values, strict=True))
 
 
+def _unit_of_column(column: str, by_place: Mapping[tuple[str, ...], Row]) -> str:
+    """Unit of a column's cells, with the power of ten in its heading; empty if they differ."""
+    units = {_unit(item) for place, item in by_place.items() if place[1] == column}
+    return units.pop() if len(units) == 1 else ""
+
+
 def _unit(item: Row) -> str:
     unit: str = UNITS_IN_TEXT.get(item["unit"]) or ("" if item["unit"] in UNITS_IN_TEXT else item["unit"])
     if item["scale"] in (1, 0.01):
         return unit
-    return f"{item['scale']:g} {unit}".strip()
+    exponent = round(math.log10(item["scale"]), 9)
+    power = "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(d)] if d.isdigit() else "⁻" for d in f"{exponent:g}")
+    return f"10{power} {unit}".strip() if exponent.is_integer() else f"{item['scale']:g} {unit}".strip()
 
 
 def _cell(item: Row) -> str:

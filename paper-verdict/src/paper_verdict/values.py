@@ -51,7 +51,7 @@ class Cell(Entry):
         match = PERCENTILE.match(name)
         if name and name not in REDUCTIONS and not (match and float(match[1]) <= 100):
             known = [*REDUCTIONS, "p90"]
-            raise ValueError(f"no such reduction{nearest(name, known)}; pNN is a percentile")
+            raise ValueError(f"no such reduction{nearest(name, known)}")
         return name
 
     def __str__(self) -> str:
