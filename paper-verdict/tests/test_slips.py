@@ -123,7 +123,7 @@ SLIPS = {  # name -> file, text, in its place, and words of the line
         "errata.yaml",
         "{}\n",
         erratum(proof="boils_at_10"),
-        ["errata.yaml:1", "'boils_at_100'"],
+        ["errata.yaml:2", "'boils_at_100'"],
     ),
     "erratum that nothing names": (
         "errata.yaml",

@@ -1,7 +1,7 @@
-"""Errors planted in the examples: a wrong computation never convicts the paper, a wrong print only by a proof."""
+"""Errors planted in the examples: a wrong computation never convicts, a wrong print only by a proof."""
 
 import pytest
-from conftest import EXAMPLES
+from small_papers import EXAMPLES
 
 from paper_verdict import Judge, load_paper
 from paper_verdict.facts import AGREES, MISPRINT, SCATTER, UNEXPLAINED
