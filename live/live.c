@@ -31,6 +31,7 @@ static Plant plant(void)
         .conditions = {p[11], p[12], p[13], p[14], p[15], p[16]},
         .cylinder = {c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10] != 0, c[11], c[12]},
         .k_0 = c[13],
+        .wall = {1, 0.5},
     };
     return of_numbers;
 }

@@ -387,7 +387,7 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
     full = model == FULL_ORDER
     if full and n is not None:
         raise InputError(f"n = {n:g}: the full order has no n; give None")
-    lanes = lane_array([full_order_lane(plant.gas.gamma) if full else lane_for(model, n, plant)])
+    lanes = lane_array([full_order_lane(plant.gas.gamma, plant.wall) if full else lane_for(model, n, plant)])
     replayed = replay_lanes(run.recording, lanes, EXACT_SAMPLING if run.simulated else INTERPOLATED)
     P_A, P_B = replayed.pressure[0]
     status = tuple(STATUS[int(code)] for code in replayed.status[0])

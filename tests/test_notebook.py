@@ -55,7 +55,7 @@ def test_tables_have_the_fits_numbers(fit):
 def test_a_fitted_model_is_exported_with_its_estimates(fit, tmp_path):
     source, *_ = fit.export(tmp_path / "fitted.c")
     (k_0,) = re.findall(r"([0-9.]+), /\* k_0 \*/", source.read_text())
-    assert float(k_0) == pytest.approx(fit.result.replayed("full")["k_0"].value, rel=1e-3)
+    assert float(k_0) == pytest.approx(fit.result.estimates("full")["k_0"].value, rel=1e-3)
 
 
 def test_another_record_judges_the_models(fit, file):

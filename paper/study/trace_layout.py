@@ -144,7 +144,7 @@ def traced_lanes(experiment: Experiment, n: tuple[float, ...]) -> tuple[np.ndarr
     plant = experiment.plant
     lanes, index = grid_lanes(n, plant.gas.gamma)
     factor = conductance_factor(plant.cylinder.bore)
-    wrong = [full_order_lane(plant.gas.gamma, factor**sign) for sign in WRONG_WALLS.values()]
+    wrong = [full_order_lane(plant.gas.gamma, plant.wall, factor**sign) for sign in WRONG_WALLS.values()]
     rows = np.arange(len(lanes), len(lanes) + len(wrong))
     return np.vstack([lanes, lane_array(wrong)]), np.vstack([index, np.tile(rows[:, np.newaxis], len(n))])
 

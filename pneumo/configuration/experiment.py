@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from pneumo.configuration.sampling import Sampling
 from pneumo.physics.cylinder import Cylinder
+from pneumo.physics.models import WallLaw
 from pneumo.physics.valve import Conditions, Gas, Valve, mass_flow
 
 MOST_HALVINGS = 6  # of a step that fails or is not accurate
@@ -20,6 +21,7 @@ class Plant(NamedTuple):
     conditions: Conditions  #: supply, surroundings and equilibrium
     cylinder: Cylinder  #: with its load
     k_0: float  #: thermal conductance of each chamber's wall at equilibrium, W/K
+    wall: WallLaw = WallLaw()  #: how the conductance depends on position, pressure and temperature
 
     @property
     def speed(self) -> float:

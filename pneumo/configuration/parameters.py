@@ -35,6 +35,7 @@ from pneumo.configuration.valve_conversions import area_per_conductance
 from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
+from pneumo.physics.models import FULL_ORDER_WALLS, wall_law
 from pneumo.physics.valve import Conditions, Gas, Paths, Valve, critical_ratio, sonic_coefficient
 from pneumo.physics.valve_dynamics import ValveDynamics
 
@@ -324,7 +325,14 @@ def plant_of(c: Configuration, name: str) -> Plant:
         P_0 = c.supply.P_0_per_P_s * P_s
     conditions = Conditions(P_s, P_atm, c.supply.T_in_K, c.supply.T_amb_K, P_0, c.supply.T_amb_K)
     cylinder = _cylinder(s, P_atm)
-    return Plant(gas, _valve(s, gas), conditions, cylinder, _k_0(e, cylinder))
+    return Plant(
+        gas,
+        _valve(s, gas),
+        conditions,
+        cylinder,
+        _k_0(e, cylinder),
+        wall_law(FULL_ORDER_WALLS[s.wall_law or "area_PT"]),
+    )
 
 
 def configured_dynamics(configuration: Configuration, cylinder: str) -> ValveDynamics:

@@ -324,6 +324,10 @@ class CylinderSection(Section):
         "valve of chamber B, or the paths of B, where they differ; its command is positive from the supply"
     )
     u_max_V: Number = key_of("limit of the command", gt=0, le=1000)
+    wall_law: Literal["area_PT", "area", "constant"] | None = optional_key(
+        "law of the wall's conductance in the full order: k_0 times area and root of P T (default), times"
+        " area, or constant"
+    )
     valve_dynamics: ValveDynamicsSection | None = optional_key("how the valve follows its command")
     fitted: FittedSection | None = optional_key("what a fit found, as `pneumo fit` writes it")
     seed: Count = key_of("seed of the Random Number block", ge=0, lt=2**32)

@@ -13,7 +13,8 @@ typedef struct {
     bool rests;
     double load, coulomb;
 } Cylinder;
-typedef struct { Gas gas; Valve valve; Conditions conditions; Cylinder cylinder; double k_0; } Plant;
+typedef struct { double e_A, e_PT; } WallLaw;
+typedef struct { Gas gas; Valve valve; Conditions conditions; Cylinder cylinder; double k_0; WallLaw wall; } Plant;
 typedef struct { bool closed_loop; double k_p, x_reverse; bool toggles, each_stage; double late; } Drive;
 typedef struct { bool exact, held, next_at_end; double delay[3]; int64_t every; } Sampling;
 enum { STAGES = 6 }; /* of Dormand and Prince's method */

@@ -37,7 +37,7 @@ INLINE void full_order_rates(const double *y, int stage, const void *context, do
     const Driven *d = context;
     const Plant *plant = d->plant;
     const Cylinder *c = &plant->cylinder;
-    const Lane lane = full_order(plant->gas.gamma);
+    const Lane lane = full_order(plant);
     (void)stage;
     double u = limited(command(d->reference, y[0], d->drive), plant->valve.u_max);
     motion(y[0], y[1], acceleration(y[1], y[2], y[4], d->force, c), c, dy, dy + 1);

@@ -19,7 +19,10 @@ INLINE double heat_area(double x, const Cylinder *c) {
 INLINE double limited(double u, double u_max) { return u < -u_max ? -u_max : u > u_max ? u_max : u; }
 
 /* Coefficients of the full order, eqs (4), (5), (7) and (8). */
-INLINE Lane full_order(double gamma) { return (Lane){gamma, gamma, gamma, 0, 1, 1, 1, 1, 0.5, 1}; }
+INLINE Lane full_order(const Plant *plant) {
+    const double gamma = plant->gas.gamma;
+    return (Lane){gamma, gamma, gamma, 0, 1, 1, 1, plant->wall.e_A, plant->wall.e_PT, 1};
+}
 
 INLINE double choked_flow(double A_t, double P_u, double T_u, const Gas *gas) {
     return gas->sonic_coefficient * P_u * A_t / sqrt(T_u);

@@ -138,7 +138,7 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
     ratios `b_inlet` and `b_outlet` if they differ. u, m, x and v are positive where they fill or enlarge
     this chamber.
     """
-    gas, restrictions, c, cylinder, k_0 = plant
+    gas, restrictions, c, cylinder, k_0, wall = plant
     g, paths, equations = gas.gamma, restrictions.paths, Equations()
     let, row = equations.let, lane(model, n, g) if model else None
 
@@ -164,7 +164,7 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
         return k.P, k.T, k.V, k.dV_dt, k.m_in, k.m_out
 
     def heat(k: Any) -> Any:
-        conductance = wall_conductance(k_0, k.area_ratio, k.P * k.T / (c.P_0 * c.T_0), 1.0, 0.5)
+        conductance = wall_conductance(k_0, k.area_ratio, k.P * k.T / (c.P_0 * c.T_0), *wall)
         return wall_heat(k.T, conductance, c.T_amb)
 
     if model and row:
@@ -238,7 +238,7 @@ def _symbolic(numbers: Numbers, prefix: str = "") -> Numbers:
 
 def symbols_of(plant: Plant) -> Plant:
     """A plant whose numbers are symbols named as in `constants`; an absent load, friction or leak stays 0."""
-    gas, valve, conditions, cylinder, _ = plant
+    gas, valve, conditions, cylinder, _, wall = plant
     valve = _symbolic(valve)._replace(paths=_symbols_of_paths(valve.paths))
     gas = _symbolic(gas)
     if gas.elliptic:  # a valve by its catalogue, with the figures of its data sheet
@@ -246,7 +246,7 @@ def symbols_of(plant: Plant) -> Plant:
         leak = valve.leak and _real("C_leak") * area
         valve = valve._replace(k_xu=_real("C") * area / valve.u_max, leak=leak)
         gas = gas._replace(critical_ratio=_real("b"))
-    return Plant(gas, valve, _symbolic(conditions), _symbolic(cylinder), _real("k_0"))
+    return Plant(gas, valve, _symbolic(conditions), _symbolic(cylinder), _real("k_0"), wall)
 
 
 def symbols_of_valve(dynamics: ValveDynamics) -> ValveDynamics:

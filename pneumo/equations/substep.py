@@ -65,7 +65,7 @@ def chamber_pace(plant: Plant, valve: bool) -> Equations:
 
     It is the rate at which a sonic flow and the piston would replace the chamber's volume.
     """
-    gas, restrictions, c, cylinder, _ = plant
+    gas, restrictions, c, cylinder, *_ = plant
     equations, by_paths = Equations(), bool(restrictions.paths.knots)
 
     def flow(k: Any) -> Any:
@@ -94,9 +94,9 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> E
     Their inputs are those of `chamber_equations`, with position and velocity `x_mid` and `v_mid` at the first
     stage, `x_end` and `v_end` at the end, and s. Results are `P_after` and, in the full order, `T_after`.
     """
-    gas, restrictions, c, cylinder, k_0 = plant
+    gas, restrictions, c, cylinder, k_0, wall = plant
     g, paths, equations = gas.gamma, restrictions.paths, Equations("x_mid v_mid x_end v_end")
-    row = lane(model, n, g) if model else full_order_lane(g)
+    row = lane(model, n, g) if model else full_order_lane(g, wall)
     a = row.a if model else (g - 1) / g
     flows = "" if model else " m_in m_out"  # needed for the temperature of the full order
     two = bool(restrictions.leak) or paths.both_open  # whether air may flow through both ports

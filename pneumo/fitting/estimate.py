@@ -9,9 +9,9 @@ from scipy.stats import chi2
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
 from pneumo.fitting.configured_quantities import changes_of, configured_shifts, sensor_offsets
-from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit, replayed_pressures, settled
+from pneumo.fitting.fit_problem import LIMITS, Problem, fit, replayed_pressures, settled
 from pneumo.fitting.fit_result import Estimate, rms_of_chambers
-from pneumo.fitting.fitted_parameters import PARAMETERS, REPORTED, STARTS, start_name
+from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, REPORTED, STARTS, start_name
 from pneumo.fitting.least_squares import (
     Solution,
     correlation,
@@ -24,7 +24,7 @@ from pneumo.fitting.least_squares import (
 from pneumo.fitting.residuals import residuals
 from pneumo.fitting.settings import LEVEL, MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals
-from pneumo.fitting.wall_laws import likelihoods, wall_law_fits
+from pneumo.fitting.wall_laws import wall_law_fits
 from pneumo.physics.models import Model, Wall
 
 ALONE_STEPS = 15  # of a search with one configured quantity free
@@ -53,24 +53,22 @@ def estimate(
     start
         Parameters at which the search begins, on its scale.
     """
-    model, plant, split = problem.model, problem.plant, problem.signals.P.shape[1] - 1
+    plant, split = problem.plant, problem.signals.P.shape[1] - 1
     best = fit(problem, start=start)
+    by_law: dict[Wall, Solution] = {problem.model.wall: best}
+    if problem.model.name == FULL_ORDER and intervals:
+        by_law = wall_law_fits(problem, best)
+    wall = min(by_law, key=lambda law: by_law[law].squares)
+    model = problem.model._replace(wall=wall)
+    problem = replace(problem, model=model)
+    best = by_law[wall] if by_law[wall] is best else settled(problem, by_law[wall])
     fitted = replayed_pressures(problem, best.theta[None])[0]
     changes = changes_of(problem, best, known)
     model_error = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
     moved, misfit = configured_shifts(problem, best, changes, known)
     both = covariances(best, model_error / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
-    by_law: dict[Wall, Solution] = {model.wall: best}
-    if model is FULL and intervals:
-        by_law = wall_law_fits(problem, best)
-    fits = list(by_law.values())
-    laws = np.array([found.theta - best.theta for found in fits])
-    weights = likelihoods(fits)
-    starts = [name in STARTS for name in problem.names]  # these do not shift with the law
-    # What another law explains is no remainder: the intervals cover that law.
-    nearest = min(fits, key=lambda found: np.sum(found.residual**2))
+    laws = np.array([found.theta - best.theta for found in by_law.values()])
     values = problem.values(best.theta)
-    averaged_theta = np.clip(best.theta + np.where(starts, 0.0, weights @ laws), *problem.bounds())
     low, high, scales = dict[str, float](), dict[str, float](), problem.scales
     for i, name in ((i, name) for i, name in enumerate(problem.names) if name in intervals):
         ends = parameter_interval(problem, best, i, both)
@@ -86,7 +84,6 @@ def estimate(
     held: Mapping[str, float] = {}
     if reference is None:
         held, values = as_configured(problem, best, low, high, both)
-        averaged_theta += problem.inner(values) - best.theta
         fitted = replayed_pressures(problem, problem.inner(values)[None])[0]
         low |= {name: min(end, values[name]) for name, end in low.items() if np.isfinite(end)}
         high |= {name: max(end, values[name]) for name, end in high.items() if np.isfinite(end)}
@@ -106,15 +103,15 @@ def estimate(
             name: np.array([scales[name].si(end) for end in ends]) - scales[name].si(at)
             for name, at, ends in zip(problem.names, best.theta, (best.theta + moved).T, strict=True)
         },
-        remainder=named(remainder_shifts(nearest)),
+        remainder=named(remainder_shifts(best)),
         expected=named(expected_shifts(both[0])),
         correlation=dict(zip(problem.names, map(named, correlation(both)), strict=True)),
         of_configuration=plant.conditions.P_s * misfit,
         at_bound=problem.at_bound(problem.inner(values)),
         held=tuple(held),
-        offsets=sensor_offsets(problem, best, changes) if model is FULL else {},
-        averaged={**problem.values(averaged_theta), **held} if model is FULL else {},
-        laws={law: float(weight) for law, weight in zip(by_law, weights, strict=True)},
+        offsets=sensor_offsets(problem, best, changes) if model.name == FULL_ORDER else {},
+        wall=wall,
+        k_0_by_law={law: problem.values(found.theta).get("k_0", 0.0) for law, found in by_law.items()},
     )
 
 

@@ -60,13 +60,8 @@ class Estimate(NamedTuple):
     at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
     held: tuple[str, ...] = ()  # parameters that the record leaves open: as configured, the others fitted so
     offsets: Mapping[str, Any] = MappingProxyType({})  # `SensorOffset`, by the cause's name
-    averaged: Mapping[str, float] = MappingProxyType({})  # where laws of the wall are averaged: their means
-    laws: Mapping[Wall, float] = MappingProxyType({})  # weights of these laws
-
-    @property
-    def estimates(self) -> dict[str, float]:
-        """Estimates in SI units: means over the wall's laws if these were averaged, else `values`."""
-        return {**self.values, **self.averaged}
+    wall: Wall = "lambda A_q"  # law of the wall
+    k_0_by_law: Mapping[Wall, float] = MappingProxyType({})  # W/K, of each law that fits about as well
 
     def moved_out(self, times: Mapping[str, float]) -> tuple[str, ...]:
         """Parameters outside their intervals if quantities are off by `times` their accuracy."""
@@ -114,6 +109,7 @@ class FitResult:
     # the parameter. As stated: the interval is hardly narrower than that which the configuration states.
     judgements: Mapping[str, tuple[Light, str]] = field(default_factory=dict)
     u_max: float = np.nan  # V, limit of the command
+    wall: Wall = "lambda A_q"  # law of the full order's wall
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
     quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
     of: Literal["cylinder", "closed", "rig"] = "cylinder"
@@ -168,18 +164,6 @@ class FitResult:
         intervals = dict(zip(self.data["parameter"].values.tolist(), map(Interval, *columns), strict=True))
         return {name: interval for name, interval in intervals.items() if np.isfinite(interval.value)}
 
-    def replayed(self, model: str) -> dict[str, Interval]:
-        """Values with which a model is replayed, with intervals, by parameter, in SI units.
-
-        The ends are those of `estimates`. The values differ from `estimates` for the full order, which is
-        replayed with one law of the wall.
-        """
-        values = self.data["replayed"].sel(model=model)
-        return {
-            name: interval._replace(value=float(values.sel(parameter=name)))
-            for name, interval in self.estimates(model).items()
-        }
-
     def held(self, model: str) -> set[str]:
         """Parameters of a model that the record leaves open: as configured, with the others fitted so."""
         if "held" not in self.data:
@@ -225,7 +209,8 @@ class FitResult:
         common = attributes(TITLES[self.of], summary, config_sha256)
         C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
         texts = {"notes": "\n".join(self.notes), "warnings": "\n".join(self.warnings)}
-        write(self.data, path, {"held_out_from": self.held_out_from} | texts | C | common)
+        about = {"held_out_from": self.held_out_from, "wall": self.wall}
+        write(self.data, path, about | texts | C | common)
 
 
 def fit_data(
@@ -257,8 +242,7 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
 
     by_parameter = ("model", "parameter")
     numbers = {  # by name: field of `Estimate`, and meaning
-        "estimate": ("estimates", "estimate, in parameter_unit"),
-        "replayed": ("values", "value in replays, in parameter_unit"),
+        "estimate": ("values", "estimate, in parameter_unit"),
         "low": ("low", "lower end of the 95 per cent interval, in parameter_unit; NaN where open"),
         "high": ("high", "upper end of the 95 per cent interval, in parameter_unit; NaN where open"),
     }

@@ -17,6 +17,7 @@ from pneumo.fitting.fit_result import FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CURVE, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.valve_signal import KNOTS, largest_command, valve_curve
+from pneumo.physics.models import FULL_ORDER_WALLS
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
@@ -70,7 +71,7 @@ def fitted_configuration(
     """
     content = configuration.model_dump(exclude_unset=True)
     rig, notes = fit.model_of_rig, list[str]()
-    estimates = fit.replayed(rig)
+    estimates = fit.estimates(rig)
     held = [name for name in estimates if name in fit.held(rig)]
     section = content["cylinders"][cylinder]
     if np.isfinite(measured.T):
@@ -88,6 +89,8 @@ def fitted_configuration(
     if "valve" in section and written.keys() >= {*CURVE}:
         curve = {name: written[name].value for name in CURVE}
         section["valve"] = _with_curve(section["valve"], curve, fit, plant)
+    if rig == FULL_ORDER:
+        section["wall_law"] = next(name for name, wall in FULL_ORDER_WALLS.items() if wall == fit.wall)
     section["fitted"] = _fitted_section(fit, estimates, uncertainties(configuration)[cylinder])
     zero = [_line(name, estimates[name]) for name in held if estimates[name].value == 0]
     kept = [_line(name, estimates[name]) for name in held if estimates[name].value != 0]

@@ -28,7 +28,7 @@ def lights(
         prior = name in problem.priors and name not in problem.also
         stated = 2 * getattr(known, name) if prior else np.inf
         if name not in STARTS:
-            ends = Interval(estimate.estimates[name], low, high)
+            ends = Interval(estimate.values[name], low, high)
             result[name] = light_and_reason(name, ends, doubts, searched, stated)
     return result
 

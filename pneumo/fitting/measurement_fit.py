@@ -131,6 +131,7 @@ def fit_measurement(
         held_out_from=float(measurement.t[split]),
         judgements=judgements,
         u_max=plant.valve.u_max,
+        wall=judged.model.wall,
     )
 
 
@@ -141,6 +142,8 @@ def _reported(problem: Problem) -> tuple[str, ...]:
 
 def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[Problem, Estimate]:
     """Full order fitted to the signals of a problem, with priors of what is `known`, and its estimate.
+
+    The problem that is returned has the law of the wall that fits best.
 
     No interval is computed if the residuals of the first, plain fit make it `doubtful` by `DISTRUST`.
     """
@@ -153,7 +156,8 @@ def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[
     remainder, expected = (dict(zip(plain.names, half.tolist(), strict=True)) for half in halves)
     far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)
     intervals = () if far else _reported(problem)
-    return problem, estimate(problem, record, intervals=intervals, known=known, start=rough.theta)
+    full = estimate(problem, record, intervals=intervals, known=known, start=rough.theta)
+    return replace(problem, model=FULL._replace(wall=full.wall)), full
 
 
 def long_notes(record: StageSignals, split: int, part: float) -> list[str]:
@@ -174,12 +178,12 @@ def validation(
     m, plant = measurement, at_temperature(plant, measurement.T)
     record = stage_signals(m, plant, command)
     record = record._replace(largest=largest_command(fitted.fitted_commands, plant))
-    values = {name: {p: i.value for p, i in fitted.replayed(name).items()} for name in fitted.models}
+    values = {name: {p: i.value for p, i in fitted.estimates(name).items()} for name in fitted.models}
     corrected, behind = plant, record
     if FULL.name in values:
         corrected, behind = with_causes(plant, values[FULL.name]), opened(record, values[FULL.name])
     rows = {name: (MODELS[name], corrected, behind) for name in values if name != FULL.name}
-    rows[FULL.name] = FULL, plant, record
+    rows[FULL.name] = FULL._replace(wall=fitted.wall), plant, record
     return {name: prediction(*rows[name], fixed)[1] for name, fixed in values.items()}
 
 

@@ -1,17 +1,15 @@
-"""Laws of a wall's conductance that explain a record: their fits, their weights, and the mean over them.
+"""Laws of a wall's conductance that explain a record.
 
 Nobody knows the law of a cylinder's wall: its conductance may be constant, or follow the area, or area and
-root of P T, as the full order has it. All follow a record closely, but the sensors' noise mostly tells which.
+root of P T, as eq (8) has it. All follow a record closely, but the sensors' noise mostly tells which. A fit
+has the law with the lowest sum of squares; its intervals hold the others that fit about as well too.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
-
-import numpy as np
 
 from pneumo.fitting.fit_problem import FULL, Problem, fit
 from pneumo.fitting.fit_result import Estimate
-from pneumo.fitting.least_squares import Solution, white_variance
+from pneumo.fitting.least_squares import Solution
 from pneumo.fitting.settings import AS_GOOD, LAWS_ALIKE
 from pneumo.physics.models import Wall
 
@@ -24,7 +22,7 @@ WALL_LAWS: dict[Wall, str] = {
 
 
 def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:
-    """Fits by law of the wall: first the full order's law, then the other laws that fit about as well.
+    """Fits by law of the wall, of those laws that fit about as well as the best.
 
     The minimum of another law may be far along the valley of b, C and k_0, so each is searched from the
     minimum of the full order's law and from the configured values.
@@ -35,29 +33,21 @@ def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:
         searches = [best] if wall == FULL.wall else [fit(of_law, start=start) for start in (best.theta, None)]
         fits[wall] = min(searches, key=lambda found: found.squares)
     most = AS_GOOD**2 * min(fitted.squares for fitted in fits.values())
-    return {wall: fitted for wall, fitted in fits.items() if wall == FULL.wall or fitted.squares <= most}
-
-
-def likelihoods(fits: Sequence[Solution]) -> np.ndarray:
-    """Likelihoods of fits if the sensors' noise is white, divided by their sum.
-
-    The noise's variance is that of the best fit's residual.
-    """
-    squares = np.array([fitted.squares for fitted in fits])
-    noise = white_variance(fits[int(squares.argmin())])
-    weights = np.exp(-(squares - squares.min()) / (2 * max(noise, np.finfo(float).tiny)))
-    return weights / weights.sum()
+    return {wall: fitted for wall, fitted in fits.items() if fitted.squares <= most}
 
 
 def wall_law_notes(full: Estimate) -> list[str]:
-    """Note on the wall's law where the estimate of k_0 is not that of the full order's law."""
+    """Note on the law of the wall where others, with another k_0, fit the record about as well."""
     replayed = full.values["k_0"]
-    if not full.averaged or abs(full.averaged["k_0"] / replayed - 1) <= LAWS_ALIKE:
+    others = [
+        f"{k_0:.3g} W/K with one {WALL_LAWS[law]}"
+        for law, k_0 in full.k_0_by_law.items()
+        if abs(k_0 / replayed - 1) > LAWS_ALIKE and law != full.wall
+    ]
+    if not others:
         return []
-    best = max(full.laws, key=lambda law: full.laws[law])
     return [
-        f"k_0 depends on the law of the wall, and a conductance that is {WALL_LAWS[best]} fits the record"
-        " best; the table has averages over three laws, weighted by likelihood. The full order as replayed"
-        f" and exported has a conductance {WALL_LAWS[FULL.wall]}: `fitted.yaml` has the values fitted with"
-        f" that, k_0 = {replayed:.3g} W/K, which belong together"
+        f"k_0 depends on the law of the wall: a conductance {WALL_LAWS[full.wall]} fits the record best, with"
+        f" {replayed:.3g} W/K, and is what all values and `fitted.yaml` (wall_law) have; as good within"
+        f" {100 * (AS_GOOD - 1):.0f} % would be {', and '.join(others)}"
     ]

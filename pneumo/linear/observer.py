@@ -127,7 +127,7 @@ def ekf(
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} = {value:g}: must be a positive number")
     full = model == FULL_ORDER
-    row = full_order_lane(plant.gas.gamma) if full else lane_for(model, n, plant)
+    row = full_order_lane(plant.gas.gamma, plant.wall) if full else lane_for(model, n, plant)
     if estimate_k_0 and not (plant.k_0 > 0 and row.wall_scale > 0):
         raise InputError("estimate_k_0: needs a model with wall heat and a plant with k_0 above 0")
     command = np.clip(_signal("u", u, None, gaps=False), -plant.valve.u_max, plant.valve.u_max)

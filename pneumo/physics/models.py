@@ -57,6 +57,28 @@ WALL_LAWS = {
 }
 
 
+class WallLaw(NamedTuple):
+    """Law of the conductance of a wall, k_0 (A_q / A_q0)^e_A (PT / P_0 T_0)^e_PT: by default eq (8)."""
+
+    e_A: float = 1.0  #: exponent of the wall's area
+    e_PT: float = 0.5  #: exponent of pressure times temperature
+
+
+EQ_8 = WallLaw()
+# Names of the laws of a full order's wall in a configuration.
+FULL_ORDER_WALLS: dict[str, Wall] = {
+    "area_PT": "lambda A_q",
+    "area": "lambda_0 A_q",
+    "constant": "k_0",
+}
+
+
+def wall_law(wall: Wall) -> WallLaw:
+    """Exponents of a law of `WALL_LAWS`."""
+    _, e_A, e_PT = WALL_LAWS[wall]
+    return WallLaw(e_A, e_PT)
+
+
 class Lane(NamedTuple):
     """Coefficients of one model at one n, or of the full order, as the core reads them.
 
@@ -97,12 +119,12 @@ def lane(model: Model, n: float, gamma: float) -> Lane:
     )
 
 
-def full_order_lane(gamma: float, wall_scale: float = 1.0, e_A: float = 1.0, e_PT: float = 0.5) -> Lane:
+def full_order_lane(gamma: float, wall: WallLaw = EQ_8, wall_scale: float = 1.0) -> Lane:
     """Coefficients of the full order, eqs (4), (5), (7) and (8), or of one with another wall.
 
-    `wall_scale` is its k_0 over the plant's, 0 if adiabatic; e_A and e_PT are the exponents of its wall law.
+    `wall` is the law of its conductance, and `wall_scale` its k_0 over the plant's, 0 if adiabatic.
     """
-    return Lane(gamma, gamma, gamma, 0.0, 1.0, 1.0, wall_scale, e_A, e_PT, full=1.0)
+    return Lane(gamma, gamma, gamma, 0.0, 1.0, 1.0, wall_scale, *wall, full=1.0)
 
 
 def temperature(P: float, P_0: float, T_0: float, a: float) -> float:

@@ -122,7 +122,9 @@ def _errors(recording: Recording, plant: Plant, rows: Sequence[tuple[str, float]
     lanes = lane_array([lane(MODELS[model], n, gamma) for model, n in rows])
     cells = replay(recording, lanes, EXACT_SAMPLING, len(recording.u) - 1)
     mse = np.where(cells.status != 0, np.nan, cells.mse)
-    full = replay(recording, lane_array([full_order_lane(gamma)]), EXACT_SAMPLING, len(recording.u) - 1)
+    full = replay(
+        recording, lane_array([full_order_lane(gamma, plant.wall)]), EXACT_SAMPLING, len(recording.u) - 1
+    )
     return np.vstack([mse, full.mse])
 
 

@@ -93,14 +93,6 @@ def test_the_best_model_is_the_first_reduced_one_without_a_parameter_on_its_boun
     assert result(fits | {"full": blind}).model_of_rig == result({"M9": fits["M9"]}).model_of_rig == "M9"
 
 
-def test_a_full_order_is_replayed_with_its_own_values_and_reported_with_the_mean():
-    full = model({"k_0": 0.5, "k_xu": 1e-6}, 500.0, averaged={"k_0": 0.55})
-    of_full = result({"full": full})
-    assert of_full.estimates("full")["k_0"] == Interval(0.55, 0.5 / 1.1, 0.5 * 1.1)
-    assert of_full.replayed("full")["k_0"] == Interval(0.5, 0.5 / 1.1, 0.5 * 1.1)
-    assert "V_d_A" not in of_full.estimates("full")
-
-
 def test_a_summary_has_plain_numbers_and_none_where_an_end_is_open():
     full = model({"k_0": 0.5}, 500.0)
     full = full._replace(low={"k_0": np.nan})

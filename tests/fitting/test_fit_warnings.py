@@ -291,15 +291,9 @@ def test_of_a_long_record_the_beginning_is_fitted(tmp_path, monkeypatch):
     assert found.data["rms_held_out"].sel(model="full").values.max() < 1.3e3
 
 
-def test_the_estimate_is_that_of_the_wall_which_the_record_has_and_another_is_replayed(tmp_path):
+def test_a_fit_has_the_law_of_the_wall_that_the_record_has(tmp_path):
     fit = fit_measurement(measured(RIG._replace(e_A=1.0, e_PT=0.0)), believed_plant(RIG, tmp_path), [])
-    estimate, replayed = fit.estimates("full")["k_0"], fit.replayed("full")["k_0"]
-    assert estimate.value == pytest.approx(RIG.k_0, rel=0.05)
-    assert replayed.value > 1.03 * estimate.value  # below P_0 it conducts as much
-    assert estimate.low < estimate.value < replayed.value < estimate.high
-    assert (estimate.low, estimate.high) == (replayed.low, replayed.high)
-    for name in ("start_A", "start_T_B"):
-        assert fit.estimates("full")[name].value == fit.replayed("full")[name].value
+    k_0 = fit.estimates("full")["k_0"]
+    assert fit.wall == "lambda_0 A_q" and k_0.value == pytest.approx(RIG.k_0, rel=0.05)
     (note,) = [note for note in fit.notes if "wall" in note]
-    assert "a conductance that is in proportion to its area fits the record best" in note
-    assert f"k_0 = {replayed.value:.3g} W/K" in note
+    assert "a conductance in proportion to its area fits the record best" in note

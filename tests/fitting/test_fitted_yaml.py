@@ -1,6 +1,7 @@
 """`fitted.yaml`: what a fit found, in the user's keys and units, read as any configuration."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from pneumo.fitting.fit_result import Estimate, FitResult, fit_data
 from pneumo.fitting.fitted_parameters import REPORTED
 from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.record.measurement import Measurement
+from pneumo.physics.models import wall_law
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.text.terminal_tables import rig_rows
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -142,8 +144,9 @@ def test_the_rig_is_the_full_order_s_and_the_best_model_s_own_stand_in_a_comment
     low, high = ({name: factor * value for name, value in rig.items()} for factor in (0.9, 1.1))
     full = Estimate(rig, low | {"lag": np.nan}, high, *[np.zeros(2)] * 3, held=("lag",))
     full = full._replace(values=rig | {"lag": 0.0})
-    text = written(found(full=full), "mine", mine, TEMPLATE)
+    text = written(replace(found(full=full), wall="k_0"), "mine", mine, TEMPLATE)
     plant = configured_plant(read(text, tmp_path)[1])
+    assert plant.wall == wall_law("k_0") != mine.wall
     assert (plant.k_0, plant.cylinder.V_d_A, plant.cylinder.V_d_B) == pytest.approx((0.8, 7e-6, 7e-6))
     assert plant.valve.k_xu == pytest.approx(9.5e-7, rel=1e-5)
     head = text.partition("name:")[0]

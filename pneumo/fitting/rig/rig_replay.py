@@ -10,14 +10,14 @@ from pneumo.fitting.rig.rig_file import Rig
 from pneumo.fitting.rig.rig_record import Points, Run
 from pneumo.fitting.valve_signal import lagged
 from pneumo.physics.cylinder import wetted_area
-from pneumo.physics.models import MODELS, full_order_lane
+from pneumo.physics.models import MODELS, WallLaw, full_order_lane
 from pneumo.simulation.gas_network import Link, Node, law, replay
 
 ADIABATIC = "full order, adiabatic"
-FULL = {  # full order by its wall: exponents of A_q / A_q0 and of PT / (P_0 T_0)
-    ADIABATIC: (0.0, 0.0),
-    "full order": (0.0, 0.0),
-    "full order, eq (7)": (1.0, 0.5),
+FULL = {  # full order by the law of its wall
+    ADIABATIC: WallLaw(0.0, 0.0),
+    "full order": WallLaw(0.0, 0.0),
+    "full order, eq (7)": WallLaw(),
 }
 RIG_MODELS = (*MODELS, *FULL)
 Signal = np.ndarray | float  # by sample, or constant
@@ -65,7 +65,7 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
     T_amb, P_atm = v["T_surroundings"], v["P_surroundings"]
     C = area_per_conductance(gas) / SBAR  # m^2 for 1 m^3/(s Pa)
     row = MODELS.get(model)
-    lane = law(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, 1.0, *FULL[model])
+    lane = law(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, FULL[model])
     warm = model != ADIABATIC
     sides = ("", "_B") if rig.has("dead_volume_B") else ("",)
     supply = "supply" if rig.has("supply_volume") else "source"
