@@ -10,6 +10,8 @@ from checkout import ROOT
 
 pytestmark = pytest.mark.skipif(not shutil.which("make"), reason="make is not installed")
 
+OF_SET_UP = ("Makefile", "requirements.lock", "pyproject.toml", "paper-verdict/pyproject.toml")
+
 
 def make(folder, *arguments, **environment):
     kept = {
@@ -26,7 +28,8 @@ def test_a_checkout_whose_path_setuptools_cannot_take_is_refused_at_once(home, t
         monkeypatch.delenv("HOME", raising=False)
     folder = tmp_path / "a{}b"
     folder.mkdir()
-    for name in ("Makefile", "requirements.lock", "pyproject.toml"):
+    for name in OF_SET_UP:
+        (folder / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
     done = make(folder, "reproduce")
     assert done.returncode == 2 and not (folder / ".venv").exists()
@@ -41,7 +44,8 @@ def test_a_path_may_have_quotes_and_spaces(tmp_path):
     tool.parent.mkdir(parents=True)
     tool.write_text('#!/bin/sh\necho "$VIRTUAL_ENV: $*"\n')
     tool.chmod(0o755)
-    for name in ("Makefile", "requirements.lock", "pyproject.toml"):
+    for name in OF_SET_UP:
+        (folder / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
     (folder / ".venv/.study").touch()
     done = make(folder, "reproduce", "JOBS=3")
