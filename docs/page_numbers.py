@@ -208,5 +208,5 @@ if __name__ == "__main__":
         budget = budget_counts.picture(xr.load_dataset(KEPT / "budget_test.nc"))
         shutil.copyfile(save(budget, Path(scratch, "budget"))[0], STATIC / "budget_test.svg")
         if (RESULTS / "verdict.json").exists():
-            drawn = save(opening_picture.errors_figure(RESULTS), Path(scratch, "errors"))[1]
+            drawn = save(opening_picture.verdict_figure(RESULTS), Path(scratch, "verdict"))[1]
             shutil.copyfile(drawn, opening_picture.PICTURE)

@@ -27,7 +27,7 @@ def test_links_and_the_picture_exist():
     targets = re.findall(r"\]\((?!https?:)([^)#]+)\)", README)
     assert len(targets) >= 12
     assert [target for target in targets if not (ROOT / target).is_file()] == []
-    assert re.findall(r"!\[[^]]+\]\((.*)\)", README) == ["paper/readme/errors.png"]
+    assert re.findall(r"!\[[^]]+\]\((.*)\)", README) == ["paper/readme/verdict.png"]
 
 
 def test_generated_blocks_are_current(monkeypatch):
@@ -46,7 +46,7 @@ def test_picture_is_of_these_results(results, monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(ROOT / "docs")
     import opening_picture
 
-    _, drawn = save(opening_picture.errors_figure(results), tmp_path / "errors")
+    _, drawn = save(opening_picture.verdict_figure(results), tmp_path / "verdict")
     # Not compared in the assertion: pytest would look for the difference of two pictures for minutes.
     same = opening_picture.PICTURE.read_bytes() == drawn.read_bytes()
     assert same, "run: make numbers"
