@@ -30,7 +30,13 @@ def _table_7(ax: Axes, reproduced: xr.DataArray) -> None:
     ax.plot(printed, rows, label="printed", **SOURCE_MARKER["published"])
     ax.plot(reproduced, rows, label="reproduced", **SOURCE_MARKER["reproduced"])
     for row, deviation in zip(rows, (reproduced / printed - 1).values, strict=True):
-        ax.text(1.02, row, f"{100 * deviation:+.1f} %", transform=ax.get_yaxis_transform(), va="center")
+        ax.text(
+            1.02,
+            row,
+            f"{100 * deviation:+.1f} %".replace("-", "−"),
+            transform=ax.get_yaxis_transform(),
+            va="center",
+        )
     ax.set_yticks(rows, printed["model"].values)
     ax.invert_yaxis()
     ax.set_xscale("log")
