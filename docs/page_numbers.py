@@ -5,10 +5,12 @@ studies and stay as the last run of their code wrote them.
 """
 
 import json
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +31,8 @@ from paper.study.pages.verdict_page import SIMULATORS
 from paper.study.paper_2006.summary import LEVELS
 from paper.study.samplings import STUDY_SAMPLINGS
 from paper.study.text.markdown_tables import markdown_table as table
-from paper_verdict.facts import NOT_JUDGED, headline_text
+from paper_verdict.facts import AGREES, NOT_JUDGED, SCATTER, headline_text
+from paper_verdict.text import deviation_text
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
@@ -109,9 +112,37 @@ def from_the_study(results: Path) -> Numbers:
         "second": headline_text(_stored(results / "2007/verdict.json")["headline"]),
     }
     return {
-        "verdict": headlines | missed(verdict),
+        "verdict": headlines | missed(verdict) | {"places": places(verdict["places"])},
+        "look": {"output": output_of_readme()},
         "which_model": wrong_conductance(results) | {"table_levels": levels(results)},
     }
+
+
+def output_of_readme() -> str:
+    """What README's look at the results prints."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    code = re.search(r"```python\n(import pneumo\n.*?)```", readme, re.DOTALL)
+    assert code, "README.md opens no results"
+    done = subprocess.run(
+        [sys.executable, "-c", code[1]], cwd=ROOT, check=True, capture_output=True, text=True
+    )
+    return done.stdout.rstrip()
+
+
+def places(rows: Sequence[dict[str, Any]]) -> str:
+    """Table with a row for each table and figure of the paper of which numbers were judged."""
+    cells: list[list[str]] = []
+    for row in (row for row in rows if row["judged"]):
+        others = {status: n for status, n in row["statuses"].items() if status not in (AGREES, SCATTER)}
+        cells.append(
+            [
+                row["name"],
+                f"{row['agree']} of {row['judged']}",
+                "; ".join(f"{n} {status}" for status, n in others.items()),
+                deviation_text(row["deviation"]),
+            ]
+        )
+    return table(["", "agree", "others", "largest deviation"], cells)
 
 
 def wrong_conductance(results: Path) -> dict[str, str]:

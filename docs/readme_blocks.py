@@ -9,5 +9,11 @@ def study_answer() -> str:
 
 
 def judged() -> str:
-    """How many facts of the paper of 2006 agree."""
-    return stored_numbers()["verdict"]["headline"]
+    """How many facts of the paper of 2006 agree, and how many numbers of each table and figure."""
+    verdict = stored_numbers()["verdict"]
+    return f"{verdict['headline']}\n\n{verdict['places']}"
+
+
+def printed() -> str:
+    """Output of README's look at the results."""
+    return f"```text\n{stored_numbers()['look']['output']}\n```"

@@ -35,7 +35,7 @@ def test_generated_blocks_are_current(monkeypatch):
     import readme_blocks
 
     blocks = dict(re.findall(BLOCK, README, re.DOTALL))
-    assert README.count("<!--") == 2 * len(blocks) == 4
+    assert README.count("<!--") == 2 * len(blocks) == 6
     for name, text in blocks.items():
         assert text == getattr(readme_blocks, name)(), "run: make numbers"
 
@@ -50,6 +50,29 @@ def test_picture_is_of_these_results(results, monkeypatch, tmp_path):
     # Not compared in the assertion: pytest would look for the difference of two pictures for minutes.
     same = opening_picture.PICTURE.read_bytes() == drawn.read_bytes()
     assert same, "run: make numbers"
+
+
+def python_of_readme(word: str) -> str:
+    """Return the block of Python in which a word occurs."""
+    (code,) = (block for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL) if word in block)
+    return code
+
+
+@pytest.mark.results
+def test_look_at_the_results_prints_what_is_shown(capsys):
+    exec(python_of_readme("open_grid"), {})  # noqa: S102
+    assert f"```text\n{capsys.readouterr().out.rstrip()}\n```" in README, "run: make numbers"
+
+
+def test_property_test_runs_and_notices_a_wrong_index():
+    names: dict = {}
+    code = python_of_readme("hypothesis")
+    exec(code, names)  # noqa: S102
+    names["test_M7_without_wall_heat_is_M5"]()
+    assert code.count("1.4,") == 1
+    exec(code.replace("1.4, insulated", '{"M7": 1.4, "M5": 1.3}[model], insulated'), names)  # noqa: S102
+    with pytest.raises(AssertionError):
+        names["test_M7_without_wall_heat_is_M5"]()
 
 
 def bench_record(configuration: str, record: str) -> None:
@@ -76,9 +99,8 @@ def test_commands_run_in_an_empty_folder(tmp_path, monkeypatch):
         assert done.exit_code == 0, f"{command}: {done.output}"
         assert not command.startswith("study") or len(done.stdout.splitlines()) <= 20
         printed += done.stdout
-    shown = re.search(r"```text\n(.*?)\n```", README, re.DOTALL)
-    assert shown
-    for part in shown[1].split("\n...\n"):  # the table is left out
+    shown = dict(re.findall(BLOCK, README, re.DOTALL))["study_answer"].strip("`").removeprefix("text\n")
+    for part in shown.split("\n...\n"):  # the table is left out
         assert " ".join(part.split()) in " ".join(printed.split()), "run: make numbers"
     assert (tmp_path / "study-my/study.html").is_file() and (tmp_path / "study-my/study.nc").is_file()
     assert "int full_step(" in (tmp_path / "full.c").read_text()
