@@ -14,7 +14,7 @@ import xarray as xr
 
 from paper.study import PAPERS
 from paper_verdict.errors import PaperError
-from paper_verdict.files import Entries, half_unit, read_cells
+from paper_verdict.files import Entries, half_unit, read_cells, read_csv
 
 PAPER_FOLDER = PAPERS / "2006"
 
@@ -96,7 +96,7 @@ def traces_of_fig_7() -> dict[str, np.ndarray]:
     Shape (3, points): time since release, s, and lower and upper bound, N, m or Pa.
     """
     panels: dict[str, list[list[float]]] = {}
-    for cell in read_cells("figure7_traces", PAPER_FOLDER):
+    for cell in read_csv(PAPER_FOLDER / "published/figure7_traces.csv"):
         panels.setdefault(cell["row"], []).append([float(cell[name]) for name in ("t", "low", "high")])
     return {name: np.array(rows).T for name, rows in panels.items()}
 
