@@ -31,7 +31,7 @@ from paper.study.pages.verdict_page import SIMULATORS
 from paper.study.paper_2006.summary import LEVELS
 from paper.study.samplings import STUDY_SAMPLINGS
 from paper.study.text.markdown_tables import markdown_table as table
-from paper_verdict.facts import AGREES, NOT_JUDGED, SCATTER, headline_text
+from paper_verdict.facts import EXPLAINED, MISPRINT, NOT_JUDGED, UNEXPLAINED, headline_text
 from paper_verdict.text import deviation_text
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.physics.models import MODELS
@@ -131,18 +131,13 @@ def output_of_readme() -> str:
 
 def places(rows: Sequence[dict[str, Any]]) -> str:
     """Table with a row for each table and figure of the paper of which numbers were judged."""
-    cells: list[list[str]] = []
+    others = (MISPRINT, EXPLAINED, UNEXPLAINED)
+    lines = ["||agree|" + "|".join(others) + "|largest deviation|fitted choices|", "|---" * 7 + "|"]
     for row in (row for row in rows if row["judged"]):
-        others = {status: n for status, n in row["statuses"].items() if status not in (AGREES, SCATTER)}
-        cells.append(
-            [
-                row["name"],
-                f"{row['agree']} of {row['judged']}",
-                "; ".join(f"{n} {status}" for status, n in others.items()),
-                deviation_text(row["deviation"]),
-            ]
-        )
-    return table(["", "agree", "others", "largest deviation"], cells)
+        counts = [str(row["statuses"].get(status, "")) for status in others]
+        cells = [row["name"], f"{row['agree']} of {row['judged']}", *counts, deviation_text(row["deviation"])]
+        lines.append("|".join(["", *cells, str(len(row["chosen"]) or ""), ""]))
+    return "\n".join(lines)
 
 
 def wrong_conductance(results: Path) -> dict[str, str]:
