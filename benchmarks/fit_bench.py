@@ -10,7 +10,7 @@ Rules, fixed before any result was seen:
   (with tubes), as far as it has them.
 - A parameter is *outside* if the truth is not in its 95 per cent interval; an open end sets no limit.
 - It is *wrong* if it is outside and off by more than `fit_counts.TOLERANCE`, which is what an engineer minds.
-- A case is *silent* if a parameter is wrong and the fit neither refused the record nor warned.
+- A case is *silent* if a parameter is wrong in green and the fit neither refused the record nor warned.
 - Of a disturbance with a cause that a warning can name, it is *right* (the only one named), *none* (none is
   named), *tied* (there, among others) or *wrong* (others only). A warning that gives both a stroke and a
   scale of x as the reason names both.
@@ -168,12 +168,15 @@ def fitted_outcome(name: str, seed: int, models: Sequence[str], case: Case) -> O
         "V_B": ("V_d_B", 1.0, rig.V_B),
     }
     found: dict[str, list[float]] = {}
+    lights: dict[str, str] = {}
     for short, (parameter, factor, truth) in wanted.items():
         if parameter in estimates:
             value, low, high = estimates[parameter].scaled(factor)
             ends = low if np.isfinite(low) else -np.inf, high if np.isfinite(high) else np.inf
             found[short] = [truth, value, *ends]
-    return Outcome(name, seed, time.process_time() - begun, "", list(fit.warnings), found)
+            if parameter in fit.judgements:
+                lights[short] = fit.judgements[parameter][0]
+    return Outcome(name, seed, time.process_time() - begun, "", list(fit.warnings), found, lights)
 
 
 def main() -> None:

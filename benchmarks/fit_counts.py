@@ -2,8 +2,9 @@
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,6 +36,7 @@ class Outcome(NamedTuple):
     refused: str  # message, or empty
     warnings: list[str]
     found: dict[str, list[float]]  # truth, estimate, low, high by judged parameter
+    lights: Mapping[str, str] = MappingProxyType({})  # by judged parameter; empty without the full order
 
     @property
     def outside(self) -> list[str]:
@@ -60,6 +62,12 @@ class Outcome(NamedTuple):
         return "wrong" if cause not in names else "right" if len(names) == 1 else "tied"
 
     @property
+    def silent(self) -> bool:
+        """Whether a parameter is wrong in green, or has no light, and there is no warning."""
+        in_green = [name for name in self.wrong if self.lights.get(name, "green") == "green"]
+        return bool(in_green) and not self.warned
+
+    @property
     def warned(self) -> bool:
         """Whether the record was refused, or the fit warned of."""
         return bool(self.refused or self.warnings)
@@ -80,7 +88,7 @@ def summary(outcomes: Iterable[Outcome]) -> pd.DataFrame:
         row["warned"] = sum(bool(o.warnings) for o in group)
         row["outside"] = sum(bool(o.outside) for o in group)
         row["wrong"] = sum(bool(o.wrong) for o in group)
-        row["silent"] = sum(bool(o.wrong) and not o.warned for o in group)
+        row["silent"] = sum(o.silent for o in group)
         row |= {f"cause {verdict}": sum(o.named == verdict for o in group) for verdict in VERDICTS}
         rows[name] = row
     return pd.DataFrame.from_dict(rows, orient="index")
@@ -136,5 +144,7 @@ def kept(folder: Path) -> list[Outcome]:
             for name, row in one["found"].items()
         }
         texts = one["refused"], one["warnings"]
-        outcomes.append(Outcome(one["disturbance"], one["seed"], one["seconds"], *texts, found))
+        outcomes.append(
+            Outcome(one["disturbance"], one["seed"], one["seconds"], *texts, found, one.get("lights", {}))
+        )
     return outcomes
