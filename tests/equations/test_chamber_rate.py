@@ -5,11 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_rates import EVERY, plain_rate, rate_size
+from readable_equations import chamber_rates
 
 from pneumo import MODELS, chamber_rate, linearise
 from pneumo import testing as some
 from pneumo.equations.branches import Choice, choices
 from pneumo.errors import InputError
+from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.valve import choked_flow
 
 CONDITIONS = {"u": some.voltages(), "x": some.positions(), "v": some.velocities(), "P": some.pressures()}
@@ -54,6 +56,22 @@ def sonic_rate(plant, u, P):
     T = max(c.T_in, c.T_0) * 10  # eq (6) far from P_0
     flow = choked_flow(plant.valve.k_xu * abs(u), max(P, c.P_s), c.T_in, gas)
     return gas.gamma * gas.R * flow * T / plant.cylinder.V_d_A
+
+
+@pytest.mark.parametrize("side", Side)
+def test_full_order_gives_the_rates_of_pressure_and_temperature(side, plant, random_states):
+    u, x, v, P, T = random_states[:200].T
+    u, T = np.clip(u, -10, 10), 200 + T / 5e3  # K
+    arrays = chamber_rate("full", None, plant, u, x, v, P, side.name, T)
+    chamber, sign = chamber_of(plant.cylinder, side), side.sign
+    rows = np.column_stack([sign * u, sign * x, sign * v, P, T]).tolist()
+    expected = np.transpose([chamber_rates(*row, chamber, plant) for row in rows])
+    np.testing.assert_allclose(arrays, expected, rtol=1e-12, atol=1e-9 * abs(expected).max())
+    sympy = pytest.importorskip("sympy")
+    symbols = sympy.symbols("u x v P T", real=True)
+    rates = chamber_rate("full", None, plant, *symbols[:4], side.name, symbols[4])
+    values = dict(zip(symbols, (u[0], x[0], v[0], P[0], T[0]), strict=True))
+    assert [float(rate.subs(values)) for rate in rates] == pytest.approx(expected[:, 0], rel=1e-9)
 
 
 @pytest.mark.parametrize("model", EVERY, ids=lambda model: model.name)
@@ -123,3 +141,6 @@ def test_bad_points_and_sides_are_refused_in_one_line(changes, words, plant):
     assert "\n" not in str(caught.value)
     with pytest.raises(InputError, match="side"):
         chamber_rate("M1", None, plant, 0.0, 0.0, 0.0, 5e5, "C")
+    for model, T in (("full", None), ("M1", 293.0)):
+        with pytest.raises(InputError, match="T: "):
+            chamber_rate(model, None, plant, 0.0, 0.0, 0.0, 5e5, T=T)
