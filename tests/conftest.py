@@ -118,6 +118,14 @@ def plant():
 
 
 @pytest.fixture(scope="session")
+def rod(plant):
+    """A plant whose chambers differ, with a supply colder than the walls."""
+    A_B, V_d_B = 0.8 * plant.cylinder.A_A, 2 * plant.cylinder.V_d_A
+    conditions = plant.conditions._replace(T_in=283.0)
+    return plant._replace(cylinder=plant.cylinder._replace(A_B=A_B, V_d_B=V_d_B), conditions=conditions)
+
+
+@pytest.fixture(scope="session")
 def random_states():
     """2,000 states (u, x, v, P_A, P_B) of `plant`, on every branch of valve and limiter."""
     import numpy as np

@@ -1,4 +1,4 @@
-"""Hypothesis strategies for cylinders, gases and signals, to test models with; needs Hypothesis.
+"""Hypothesis strategies for cylinders, gases and signals, to test models with.
 
 Each is named by its quantity and gives finite floats in SI units, without subnormals. Ranges are those of
 industrial servo-pneumatics with a wide margin. Quantities that may be zero give zero or a realistic size.
@@ -8,11 +8,7 @@ import math
 from typing import TypeAlias
 
 import numpy as np
-
-try:
-    from hypothesis import strategies as st
-except ImportError:
-    raise ImportError("pneumo.testing needs Hypothesis: install pneumo[testing]") from None
+from hypothesis import strategies as st
 
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.cylinder import Cylinder
