@@ -1,6 +1,7 @@
 """The examples, papers of other fields: their recorded verdicts and errata, and numbers made again."""
 
 import importlib.util
+import re
 from pathlib import Path
 
 import pytest
@@ -42,7 +43,10 @@ def test_each_has_a_misprint_that_a_proof_shows(name):
     assert misprints and "differs, unexplained" not in {fact["status"] for fact in judged["facts"]}
     text = page(judged)
     for item in judged["items"]:
-        assert text.count(f'id="{item["id"]}"') == 1
+        assert text.count(f'id="{item["id"].replace(" ", "_")}"') == 1
+    ids = re.findall(r'id="([^"]*)"', text)
+    assert len(set(ids)) == len(ids)
+    assert {link for link in re.findall(r'href="#([^"]*)"', text)} <= set(ids)
     assert "http:" not in text and "https:" not in text.replace("https://doi.org", "")  # loads nothing
 
 

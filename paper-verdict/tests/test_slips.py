@@ -107,6 +107,12 @@ SLIPS = {  # name -> file, text, in its place, and words of the line
         '["S1.*", T2.x]',
         ["facts.yaml", "'T2.x' matches no item"],
     ),
+    "fact without an item": (
+        "facts.yaml",
+        "text: {",
+        'late: {says: twice, basis: prediction, items: ["T1.*"]}\ntext: {',
+        ["facts.yaml: late", "facts before it"],
+    ),
     "unknown assumption": (
         "facts.yaml",
         'basis: prediction, items: ["S1',

@@ -6,6 +6,7 @@ written out.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -341,15 +342,17 @@ def _claim(
 
 
 def _check_facts(facts: Mapping[str, Fact], items: Mapping[str, Claim], file: Path) -> None:
-    """Refuse patterns of ids that match no item."""
-    from fnmatch import fnmatchcase
-
+    """Refuse patterns of ids that match no item, and facts whose items all belong to facts before them."""
+    having_items = {claim.fact for claim in items.values()}
     for name, fact in facts.items():
         for pattern in fact.items:
             if not any(fnmatchcase(item, pattern) for item in items):
-                raise PaperError(
-                    f"{file}: {name}: items: {pattern!r} matches no item{nearest(pattern, items)}"
-                )
+                near = nearest(pattern, items)
+                raise PaperError(f"{file}: {name}: items: {pattern!r} matches no item{near}")
+        if name not in having_items:
+            raise PaperError(
+                f"{file}: {name}: all its items belong to facts before it; move it up, or remove it"
+            )
 
 
 def _deviations(file: Path) -> dict[str, float]:

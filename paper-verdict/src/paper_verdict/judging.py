@@ -104,9 +104,9 @@ class Judge:
                 own = self.claims.items[item].erratum
                 if own != name and self.claims.facts[self.claims.items[item].fact].erratum != name:
                     raise PaperError(
-                        f"{self.paper.folder / 'errata.yaml'}: {name}.values: {item}: does not name"
-                        " this erratum; add"
-                        f" {item}: {name} to errata of its table, or erratum: {name} to the claim"
+                        f"{self.paper.folder / 'errata.yaml'}: {name}.values: {item}: does not name this"
+                        f" erratum; add {item}: {name} to errata of its table, or erratum: {name} to the"
+                        " claim"
                     )
 
     def finding(self, claim: Claim, source: str) -> Finding:
@@ -207,8 +207,13 @@ class Judge:
             "errata": list(filter(None, (claim.erratum or claim.see, *suspected))),
             "evidence": self._evidence(claim),
             **claim.model_dump(include={"place", "row", "column", "keys"}),
-            "source": claim.source.removeprefix(f"{self.paper.folder}/"),  # the same wherever the paper is
+            "source": self._inside(claim.source),
         }
+
+    def _inside(self, source: str) -> str:
+        """A file and line relative to the paper's folder: the same wherever that is."""
+        file, _, line = source.rpartition(":")
+        return f"{Path(file).relative_to(self.paper.folder).as_posix()}:{line}"
 
     def _by(self, claim: Claim, tolerance: ToleranceClass, source: str) -> dict[str, Any] | None:
         """Whether a claim holds by a further source, and the finding as text; None without the source."""
@@ -230,7 +235,7 @@ class Judge:
             cell = self.cell(claim)
         except PaperError:
             return {"path": "", "select": "", "compute": ""}
-        return {"path": str(Path(self.results.name, cell.file)), "select": str(cell), "compute": ""}
+        return {"path": f"{self.results.name}/{cell.file}", "select": str(cell), "compute": ""}
 
     def _status(
         self, claim: Claim, tolerance: ToleranceClass, finding: Finding, agreement: Agreement
@@ -282,11 +287,12 @@ class Judge:
         """Judge every claim; return the content of ``verdict.json``."""
         items = [self.judge(claim) for claim in self.claims.items.values()]
         facts = self.facts(items)
+        drawn = [f"Fig. {curves.figure}" for curves in self.claims.curves]
         return {
             **self.paper.about(self.sources),
             "paper": self.about.model_dump(exclude={"places", "results"}),
             "headline": headline(facts, self.assumptions),
-            "places": overview(items, self.claims.facts, self.about),
+            "places": overview(items, self.claims.facts, self.about, drawn),
             "facts": facts,
             "highlights": self.paper.highlights(self.sources, items),
             "items": items,

@@ -93,6 +93,11 @@ def badge(status: str, text: str = "") -> str:
     )
 
 
+def _id(name: str) -> str:
+    """Anchor of an item, fact or erratum: its name without spaces."""
+    return escape(re.sub(r"\s", "_", name))
+
+
 def _anchor(place: str) -> str:
     return "place-" + re.sub(r"\W+", "-", place.lower()).strip("-")
 
@@ -148,8 +153,8 @@ def _lines(places: Sequence[Row]) -> Iterable[str]:
         result = f"{badge(place['status'])} " if place["items"] else ""
         worst = ""
         if place["worst"]:
-            name = escape(place["worst"])
-            worst = f'{deviation_text(place["deviation"])} (<a href="#{name}">{name}</a>)'
+            link_to = f'<a href="#{_id(place["worst"])}">{escape(place["worst"])}</a>'
+            worst = f"{deviation_text(place['deviation'])} ({link_to})"
         chosen = ""
         if place["chosen"]:
             chosen = f'<a href="#assumptions">{len(place["chosen"])} assumptions</a>'
@@ -171,29 +176,33 @@ def _places(verdict: Mapping[str, Any]) -> Iterable[str]:
     """Each table with print and reproduction, each figure with both curves, and statements."""
     yield '<section aria-labelledby="places"><h2 id="places">Print and reproduction</h2>'
     yield (
-        "<p>In each cell the print is above and the reproduction below it, coloured by status. A"
-        " number leads to its"
-        " file, its place there, and its tolerance.</p>"
+        "<p>In each cell the print is above and the reproduction below it, coloured by status."
+        " A number leads to its file, its place there, and its tolerance.</p>"
     )
     errata = {erratum["id"]: erratum for erratum in verdict["errata"]}
     for place in verdict["places"]:
         items = [item for item in verdict["items"] if item["place"] == place["name"]]
-        if not items:
-            continue
-        yield f'<section id="{_anchor(place["name"])}"><h3>{escape(place["name"])}</h3>'
-        yield f"<p>{badge(place['status'])} {marked(agree_text(place))}</p>"
-        curves = [c for c in verdict["curves"] if f"Fig. {c['figure']}" == place["name"]]
-        for curve in curves:
-            yield curve_chart(curve)
-        cells = [item for item in items if item["row"]]
-        if place["name"].startswith("Fig.") and not curves:
-            yield from point_charts(cells)
-        yield from _grids(cells)
+        curves = [curve for curve in verdict["curves"] if f"Fig. {curve['figure']}" == place["name"]]
+        if items or curves:
+            yield f'<section id="{_anchor(place["name"])}"><h3>{escape(place["name"])}</h3>'
+            yield f"<p>{badge(place['status'])} {marked(agree_text(place))}</p>"
+            yield from map(curve_chart, curves)
+            yield from _items(items, errata, drawn=place["name"].startswith("Fig.") and not curves)
+            yield "</section>"
+    yield "</section>"
+
+
+def _items(items: Sequence[Row], errata: Mapping[str, Row], drawn: bool) -> Iterable[str]:
+    """The items of a place: as points if they are `drawn`, as a table, and one by one."""
+    cells = [item for item in items if item["row"]]
+    if drawn:
+        yield from point_charts(cells)
+    yield from _grids(cells)
+    if items:
         yield f"<details><summary>Each of the {len(items)}: place, tolerance, deviation</summary>"
         heads = ["item", "printed", "reproduced", "deviation", "status", "from, within"]
         yield _table(heads, (_item_row(item, errata) for item in items), "plain items")
-        yield "</details></section>"
-    yield "</section>"
+        yield "</details>"
 
 
 def _grids(cells: Sequence[Row]) -> Iterable[str]:
@@ -268,7 +277,7 @@ def _cell(item: Row) -> str:
     shown = _shown(item)
     tip = escape(f"{item['id']}: {item['status']}", quote=True)
     return (
-        f'<td class="{look}"><a href="#{escape(item["id"])}" title="{tip}">{marked(item["printed"])}'
+        f'<td class="{look}"><a href="#{_id(item["id"])}" title="{tip}">{marked(item["printed"])}'
         f"<b>{marked(shown)}</b></a></td>"
     )
 
@@ -299,7 +308,7 @@ def _item_row(item: Row, errata: Mapping[str, Row]) -> str:
         status += f" {marked(item['reason'])}"
     for erratum in item["errata"]:
         if erratum in errata:
-            status += f' <a href="#erratum-{escape(erratum)}">erratum</a>'
+            status += f' <a href="#erratum-{_id(erratum)}">erratum</a>'
     for source, found in item["also"].items():
         if found and found["holds"] is False and not item["row"] and item["agreement"]:
             status += f' <span class="tag">not true by {escape(source)}</span>'
@@ -312,7 +321,7 @@ def _item_row(item: Row, errata: Mapping[str, Row]) -> str:
         ("", status),
         ("", cell),
     ]
-    return f'<tr id="{escape(item["id"])}"><th scope="row">{name}</th>{_labelled(cells)}</tr>'
+    return f'<tr id="{_id(item["id"])}"><th scope="row">{name}</th>{_labelled(cells)}</tr>'
 
 
 def _labelled(cells: Iterable[tuple[str, str]]) -> str:
@@ -339,19 +348,19 @@ def _facts(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
         if fact["basis"] == "prediction" and fact["status"] in (UNEXPLAINED, EXPLAINED, MISPRINT)
     ]
     if failed:
-        links = "; ".join(f'<a href="#fact-{escape(f["name"])}">{marked(f["says"])}</a>' for f in failed)
+        links = "; ".join(f'<a href="#fact-{_id(f["name"])}">{marked(f["says"])}</a>' for f in failed)
         yield f"<p>Predictions that did not come out: {links}.</p>"
     counts = verdict["headline"]["statuses"]
     legend = [f"<li>{badge(s, f'{counts[s]} {s}')} {escape(LOOKS[s][2])}</li>" for s in LOOKS if counts[s]]
     yield f'<ul class="legend">{"".join(legend)}</ul>'
     for fact in verdict["facts"]:
         members = [item for item in verdict["items"] if item["fact"] == fact["name"]]
-        links = ", ".join(f'<a href="#{escape(i["id"])}">{escape(i["id"])}</a>' for i in members)
-        chosen = ", ".join(f'<a href="#assumption-{escape(c)}">{escape(c)}</a>' for c in fact["chosen"])
+        links = ", ".join(f'<a href="#{_id(i["id"])}">{escape(i["id"])}</a>' for i in members)
+        chosen = ", ".join(f'<a href="#assumption-{_id(c)}">{escape(c)}</a>' for c in fact["chosen"])
         spent = f" ({fact['spent']} of {fact['items']} degrees of freedom: {chosen})" if chosen else ""
         why = f"{marked(fact['why'])}. " if fact["why"] else ""
         yield (
-            f'<details class="fact" id="fact-{escape(fact["name"])}"><summary>{badge(fact["status"])}'
+            f'<details class="fact" id="fact-{_id(fact["name"])}"><summary>{badge(fact["status"])}'
             f" <span>{marked(fact['says'])}</span> <small>{escape(size_text(fact))}</small></summary>"
             f"<p>{why}{fact['basis'].capitalize()}:"
             f" {escape(BASES[fact['basis']])}{spent}.</p><p>{links}</p></details>"
@@ -377,7 +386,7 @@ def _errata(errata: Sequence[Row], about: Row) -> Iterable[str]:
         }
         shown = outcome.get(erratum["passes"], "open:")
         rows.append(
-            f'<tr id="erratum-{escape(erratum["id"])}"><th scope="row">{escape(erratum["id"])}<br>'
+            f'<tr id="erratum-{_id(erratum["id"])}"><th scope="row">{escape(erratum["id"])}<br>'
             f"<small>{escape(erratum['kind'])}</small></th>"
             f"<td>{marked(erratum['where'])}</td><td>{marked(erratum['printed'])}</td>"
             f'<td>{marked(erratum["meant"])}</td><td class="words">{shown}'
@@ -398,7 +407,7 @@ def _assumptions(assumptions: Mapping[str, Row]) -> Iterable[str]:
         shown = f"{shown} {entry['unit']}".strip()
         others = "; ".join(entry["alternatives"]) or "none"
         rows.append(
-            f'<tr id="assumption-{escape(name)}"><th'
+            f'<tr id="assumption-{_id(name)}"><th'
             f' scope="row">{escape(name)}</th><td>{marked(entry["open"])}</td>'
             f"<td>{escape(shown)}</td><td>{marked(entry['basis'])}</td><td>{escape(others)}</td></tr>"
         )

@@ -16,9 +16,11 @@ def _order(name: str) -> tuple[int, int, str]:
     return (ORDER.index(kind) if kind in ORDER else len(ORDER), int(match[2]) if match else 0, name)
 
 
-def overview(items: Sequence[Item], facts: Mapping[str, Fact], about: About) -> list[dict[str, Any]]:
-    """Rows by table, figure, equations and text, in the order of the paper."""
-    members: dict[str, list[Item]] = {name: [] for name in about.places}
+def overview(
+    items: Sequence[Item], facts: Mapping[str, Fact], about: About, drawn: Sequence[str] = ()
+) -> list[dict[str, Any]]:
+    """Rows by table, figure, equations and text, in the paper's order; `drawn` are figures with curves."""
+    members: dict[str, list[Item]] = {name: [] for name in (*about.places, *drawn)}
     for item in items:
         members.setdefault(item["place"], []).append(item)
     rows: list[dict[str, Any]] = []

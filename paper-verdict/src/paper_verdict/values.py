@@ -107,21 +107,22 @@ class Values:
             raise _missing_file(path)
         return self.csv(path)
 
-    def _read(self, cell: Cell) -> tuple[list[float], str]:
+    def _read(self, cell: Cell, several: bool = False) -> tuple[list[float], str]:
+        """Numbers of a cell, more than one where `several` or a reduction allow it, and their unit."""
         path = self.folder / cell.file
         if not path.is_file():
             raise _missing_file(path)
         if path.suffix == ".csv":
-            return _of_rows(self.csv(path), cell, path)
+            return _of_rows(self.csv(path), cell, path, several)
         if path.suffix == ".json":
-            return _of_json(self.json(path), cell, path), ""
+            return _of_json(self.json(path), cell, path, several), ""
         if path.suffix in (".nc", ".nc4", ".cdf"):
             return _of_netcdf(self.netcdf(path), cell, path)
         raise PaperError(f"{path}: cannot be read; write .csv, .json or .nc")
 
     def series(self, file: str, variable: str, select: Mapping[str, str | float]) -> list[float]:
         """All values of a variable at some labels, in their order."""
-        return self._read(Cell(file=file, variable=variable, select=select))[0]
+        return self._read(Cell(file=file, variable=variable, select=select), several=True)[0]
 
 
 class _Missing(PaperError):
@@ -143,7 +144,7 @@ def _same(label: Any, wanted: str | float) -> bool:
         return False
 
 
-def _of_rows(rows: Sequence[Entries], cell: Cell, path: Path) -> tuple[list[float], str]:
+def _of_rows(rows: Sequence[Entries], cell: Cell, path: Path, several: bool) -> tuple[list[float], str]:
     """Numbers of a column in the rows with some labels, and the unit of the column."""
     heads = {column_and_unit(head)[0]: head for head in (rows[0] if rows else [])}
     for name in (*cell.select, cell.variable):
@@ -158,7 +159,7 @@ def _of_rows(rows: Sequence[Entries], cell: Cell, path: Path) -> tuple[list[floa
                 raise _Missing(f"{path}: no row with {name} = {label}{near}")
         wanted = ", ".join(f"{name} = {label}" for name, label in labels.items())
         raise _Missing(f"{path}: no row with {wanted}; there are rows with each of them")
-    if len(found) > 1 and not cell.reduce:
+    if len(found) > 1 and not (several or cell.reduce):
         lines = " and ".join(str(row.line) for row in found[:2])
         wanted = ", ".join(f"{name} = {label}" for name, label in labels.items()) or "no selection"
         raise PaperError(
@@ -185,7 +186,7 @@ def _read_json(path: Path) -> Any:
         raise PaperError(f"{path}: is no JSON: {error}") from None
 
 
-def _of_json(content: Any, cell: Cell, path: Path) -> list[float]:
+def _of_json(content: Any, cell: Cell, path: Path, several: bool) -> list[float]:
     """Numbers at a path of keys, or of a key in those of a list of records that have some labels."""
     node = content
     keys = cell.variable.split(".") if cell.variable else []
@@ -205,7 +206,7 @@ def _of_json(content: Any, cell: Cell, path: Path) -> list[float]:
             row.file = path
             row.line = number
             rows.append(row)
-        return _of_rows(rows, cell.model_copy(update={"variable": ".".join(keys)}), path)[0]
+        return _of_rows(rows, cell.model_copy(update={"variable": ".".join(keys)}), path, several)[0]
     numbers = node if isinstance(node, list) else [node]
     if not numbers or not all(
         isinstance(each, (int, float)) and not isinstance(each, bool) for each in numbers
