@@ -41,7 +41,7 @@ __all__ = ["array", "ffi", "keep", "lib", "out", "rows", "struct", "whole", "zer
 
 ffi, lib = _core.ffi, _core.lib
 lib.fill_tables()
-LONGEST = 2**40  # of any count of samples, lanes or parts
+LONGEST = 2**31  # of any count of samples, lanes or parts
 CTYPES = {np.dtype(np.float64): "double[]", np.dtype(np.int8): "int8_t[]", np.dtype(np.int64): "int64_t[]"}
 
 
@@ -55,18 +55,28 @@ def out(values: np.ndarray) -> Any:
     return ffi.from_buffer(CTYPES[values.dtype], values, require_writable=True)
 
 
-def array(name: str, values: Any, shape: tuple[int | None, ...], dtype: type = np.float64) -> Any:
-    """C pointer to an array that the core reads, copied only if it has another type or layout; NULL for None.
+def array(
+    name: str,
+    values: Any,
+    shape: tuple[int | None, ...],
+    dtype: type = np.float64,
+    *,
+    optional: bool = False,
+) -> Any:
+    """C pointer to an array that the core reads, copied only if it has another type or layout.
 
-    `shape` has None where any length is allowed. The pointer keeps the array alive.
+    `shape` has None where any length is allowed. The pointer keeps the array alive; it is NULL for None,
+    which only an `optional` array may be.
 
     Raises
     ------
     ValueError
-        If the shape is another, or the values are no numbers.
+        If the shape is another, or the values are None or no numbers.
     """
-    if values is None:
+    if values is None and optional:
         return ffi.NULL
+    if values is None:
+        raise ValueError(f"{name}: None; needed is an array of shape {shape}")
     values = np.ascontiguousarray(values, dtype=dtype)
     fits = len(shape) == values.ndim and all(b in (None, a) for a, b in zip(values.shape, shape, strict=True))
     if not fits:

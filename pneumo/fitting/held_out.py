@@ -57,7 +57,7 @@ def held_out_warnings(
         return []
     parts = both_parts(problem, record, estimate)
     limits = np.hypot(limits, ALLOWED * expected_error(parts, known))
-    left, split = record.P - replayed_on(problem, record, estimate), problem.signals.P.shape[1] - 1
+    left, split = record.residual(replayed_on(problem, record, estimate)), problem.signals.P.shape[1] - 1
     errors: list[str] = []
     for name, error, held_out, rms, limit in zip(
         "AB", left, estimate.held_out, estimate.rms, limits, strict=True

@@ -63,7 +63,7 @@ def run(
     core.lib.run(
         core.array("y_0", y_0, (6,)),
         core.out(reference),
-        core.array("u_B", u_B, (steps + 1,)),
+        core.array("u_B", u_B, (steps + 1,), optional=True),
         steps,
         force,
         core.struct("Drive", drive),
@@ -139,7 +139,7 @@ def core_recording(recording: Recording) -> Any:
         "halvings": core.array("halvings", recording.halvings, (steps,), np.int8),
     }
     for name in ("reference", "u", "u_B"):
-        arrays[name] = core.array(name, getattr(recording, name), (steps + 1,))
+        arrays[name] = core.array(name, getattr(recording, name), (steps + 1,), optional=name == "u_B")
     fields = recording._asdict() | arrays | {"steps": steps}
     return core.keep(core.struct("Recording", fields), *arrays.values())
 
@@ -160,7 +160,7 @@ def supplied_mass(recording: Recording) -> np.ndarray:
     core.lib.supplied_mass(
         core.array("states", recording.states, (steps + 1, 6)),
         core.array("u", recording.u, (steps + 1,)),
-        core.array("u_B", recording.u_B, (steps + 1,)),
+        core.array("u_B", recording.u_B, (steps + 1,), optional=True),
         steps,
         core.struct("Plant", recording.plant),
         recording.h,

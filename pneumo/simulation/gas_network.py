@@ -162,7 +162,7 @@ def replay(
         core.whole("samples", samples, 1),
         core.struct("Gas", gas),
         h,
-        core.whole("parts", parts, 1),
+        core.whole("parts", parts, 1, MOST_PARTS),
         core.out(np.empty((2 * core.lib.STAGES + 1) * 3 * count + 5 * ends)),
         core.out(states),
     )

@@ -132,10 +132,12 @@ UNREADABLE = [
             *({"halvings": np.full(len(SHORT.halvings), halvings)} for halvings in (31, -1, 257)),
             {"most_halvings": 64},
             {"most_halvings": -1},
+            {"u": None},
         )
     ),
     *((replay_one_by_one, SHORT, lanes, INTERPOLATED) for lanes in (LANES[:, :9], LANES[0], LANES.T)),
-    (replay_one_by_one, SHORT, LANES, Sampling(every=0)),
+    *((replay_one_by_one, SHORT, LANES, Sampling(every=every)) for every in (0, 2**40)),
+    (core.array, "P", None, (None,)),
     (replay_one_by_one, SHORT, LANES, Sampling(delay=(np.nan, 0.0, 0.0))),
     (pressures_of_sets, *sets(core.lib.ROW + 1)),
 ]

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,16 +9,17 @@ import numpy as np
 import pandas as pd
 
 from pneumo.errors import InputError, printable
-from pneumo.fitting.record.units import Reading, reading
 
 MOST_ROWS = 2_000_000
-MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a")
+MISSING = re.compile(  # in small letters: of loggers, C libraries, spreadsheets, meters beyond their range
+    r"|[+-]?(nan|inf|infinity|∞)(\(\w*\))?|[+-]?1\.#(qnan|snan|ind|inf)\d*|n\.?/?a\.?|null|none|-+"
+    r"|#(n/a|value!|num!|div/0!|ref!|null!|name\?)|[+-]?(ol|ovld|over|overload|overrange|overflow)"
+)
 WORDS = {"true": 1.0, "on": 1.0, "false": 0.0, "off": 0.0, "1": 1.0, "0": 0.0}
 TIME = r"(?i:_*time|%time|zeit|temps|timestamp|x_value|x-axis)"  # names of times, besides t
 TIME_NAME = re.compile(rf"(?:t|{TIME})(?:[\s_\[(.].*)?")
 PATH = re.compile(r"[^\[(]*[/.|]")  # of a signal in a tree of names
-DURATION = r"\d{1,4}:\d\d:\d\d(?:[.,]\d{1,9})?"
-LARGEST = 1e30  # number that is no mistake
+LARGEST = 1e30  # number that is no sign of an overload
 
 
 class Channel(NamedTuple):
@@ -31,37 +31,14 @@ class Channel(NamedTuple):
     clock: "Channel | None" = None  # times of the samples; None: those of the column t
     held: bool | None = None  # between samples; None: a command is held, other signals are interpolated
     first_line: int = 0  # of the first sample in a text file; 0 for other files
+    other: str = ""  # another name of the same column, which a mapping may use
+    note: str = ""  # how it was made, if the file has no such column
 
 
 def limit(path: Path, number: int, most: int, things: str) -> None:
     """Raise `InputError` if a file has more of something than is read."""
     if number > most:
         raise InputError(f"{path}: {number} {things}: must be at most {most}")
-
-
-class Series(NamedTuple):
-    """Numbers of a channel that are not missing, in SI units, at their times."""
-
-    quantity: str
-    channel: Channel
-    clock: Channel
-    start: int  # ns, time 0 by the file's clock
-    t: np.ndarray  # s, from the first sample of any signal
-    values: np.ndarray  # SI units
-    rows: np.ndarray  # number of each sample among those of the channel
-    text: str  # unit that it was read in
-    held: bool
-
-    @property
-    def period(self) -> float:
-        """Usual time between samples, s; over two of them, as they may be early and late in turn."""
-        count = min(2, len(self.t) - 1)
-        return float(np.median(self.t[count:] - self.t[:-count])) / count if count else 0.0
-
-    @property
-    def rule(self) -> str:
-        """How it is continued between samples."""
-        return "held" if self.held else "interpolated"
 
 
 def refuse(path: Path, channel: Channel, quantity: str, rows: np.ndarray, problem: str) -> None:
@@ -75,95 +52,19 @@ def refuse(path: Path, channel: Channel, quantity: str, rows: np.ndarray, proble
 
 
 def numbers(path: Path, channel: Channel, quantity: str) -> np.ndarray:
-    """Numbers of a channel, NaN where they are missing; `InputError` for other text or an infinite number."""
+    """Numbers of a channel, NaN where they are missing or infinite; `InputError` for other text."""
     values = channel.values
     if values.dtype.kind in "iuf":
-        result, absent = values.astype(float), np.isnan(values)
+        result, unread = values.astype(float), np.zeros(len(values), dtype=bool)
     else:
         words = pd.Series(values).astype(str).str.strip().str.lower()
-        absent = words.isin(MISSING).to_numpy()
+        absent = words.str.fullmatch(MISSING).to_numpy(dtype=bool)
         if quantity == "u" and words[~absent].isin(WORDS).all():
             return words.map(WORDS).to_numpy(dtype=float)
-        result = np.array(pd.to_numeric(words, errors="coerce"), dtype=float)
-        result[absent] = np.nan
-    bad = ~(np.abs(result) < LARGEST) & ~absent
-    refuse(path, channel, quantity, np.flatnonzero(bad), "must be a finite number")
-    return result
-
-
-def seconds(path: Path, clock: Channel, unit: str) -> tuple[int, np.ndarray]:
-    """Time of the first sample, ns, and the times of all since then, s; NaN where there is none.
-
-    Numbers in `unit`, stamps, or durations such as `0.5 sec` or `00:01:02.5`.
-    """
-    values = np.asarray(pd.Series(clock.values).infer_objects())
-    if values.dtype.kind in "OUS":
-        text = pd.Series(values).astype(str).str.strip()
-        absent = text.str.lower().isin(MISSING)
-        first = next(iter(text[~absent]), "")
-        stamps = _stamps(text, first)
-        if stamps is not None:
-            bad = np.flatnonzero(stamps.isna() & ~absent)
-            refuse(path, clock, "t", bad, f"must be a time such as {printable(first, 30)}")
-            values = stamps.to_numpy()
-        elif match := re.fullmatch(r"\S+\s*(sec|s|ms|min)", first):
-            values, unit = text.str.removesuffix(match[1]).str.strip().to_numpy(dtype=object), match[1]
-    if values.dtype.kind in "mM":
-        values, absent, unit = (
-            values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64),
-            np.isnat(values),
-            "ns",
-        )
-    else:  # int64 keeps the nanoseconds of a stamp, which a double does not
-        of_clock = clock._replace(values=values)
-        values = values.astype(np.int64) if values.dtype.kind in "iu" else numbers(path, of_clock, "t")
-        absent = np.isnan(values)
-    read = reading("t", unit)
-    if isinstance(read, str):
-        raise InputError(f"{path}: column {printable(clock.name, 30)}: {read}")
-    if absent.all():
-        return 0, np.full(len(absent), np.nan)
-    first = values[np.argmin(absent)]
-    start = round(Fraction(first.item()) * round(1e9 * read.factor))
-    return start, np.where(absent, np.nan, (values - first).astype(float) * read.factor)
-
-
-def _stamps(text: pd.Series, first: str) -> pd.Series | None:
-    """Stamps or durations, NaT where a text is none; None if the first text is neither."""
-    if re.fullmatch(DURATION, first):
-        return pd.to_timedelta(text.where(text.str.fullmatch(DURATION)).str.replace(",", "."))
-    if re.match(r"\d{4}([-/])\d\d\1\d\d\D.*:", first):
-        plain = text.str.replace("/", "-").str.replace(",", ".")
-        return pd.to_datetime(plain, errors="coerce", format="ISO8601", utc=True).dt.tz_convert(None)
-    if not re.match(r"\d{1,2}([./])\d{1,2}\1\d{4}\D.*:", first):
-        return None
-    plain = text.str.replace(r",(?=\d)", ".", regex=True).str.replace(r",?\s+", " ", regex=True)
-    plain = plain.str.replace(r"(:\d\d)(?![.:\d])", r"\1.0", regex=True).str.replace("/", ".")
-    clock = "%I:%M:%S.%f %p" if first[-1] in "mM" else "%H:%M:%S.%f"
-    # Day or month first: as all the stamps allow, else so that they are close together.
-    dates = [pd.to_datetime(plain, errors="coerce", format=f"{day}.%Y {clock}") for day in ("%d.%m", "%m.%d")]
-    return min(dates, key=lambda date: (date.isna().sum(), date.max() - date.min()))
-
-
-def series(path: Path, channel: Channel, quantity: str, clock: Channel, t_unit: str, read: Reading) -> Series:
-    """Numbers of a channel at their times. `InputError` if one has no time, or time does not increase."""
-    start, t = seconds(path, clock, t_unit)
-    values = numbers(path, channel, quantity)
-    if len(values) != len(t):
-        name = printable(channel.name, 30)
-        times = f"must be as many as times in {printable(clock.name, 30)}, {len(t)}"
-        raise InputError(f"{path}: column {name}: {len(values)} samples: {times}")
-    present = np.isfinite(values)
-    refuse(path, clock, "t", np.flatnonzero(present & np.isnan(t)), "must be a finite number")
-    rows = np.flatnonzero(present)
-    if not len(rows):
-        raise InputError(f"{path}: column {printable(channel.name, 30)}: 0 samples: it is empty")
-    refuse(path, clock, "t", rows[1:][np.diff(t[rows]) <= 0], f"time of {quantity} must increase")
-    shift = t[rows[0]]
-    held = channel.held if channel.held is not None else quantity == "u"
-    values = read.factor * values[rows] + read.offset
-    start += round(1e9 * float(shift))
-    return Series(quantity, channel, clock, start, t[rows] - shift, values, rows, read.text, held)
+        result = np.array(pd.to_numeric(words.mask(absent), errors="coerce"), dtype=float)
+        unread = np.isnan(result) & ~absent
+    refuse(path, channel, quantity, np.flatnonzero(unread), "must be a finite number")
+    return np.where(np.abs(result) < LARGEST, result, np.nan)
 
 
 def is_time(name: str) -> bool:

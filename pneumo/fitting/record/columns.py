@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from pneumo.configuration.plain_yaml import parse_yaml, read_yaml
 from pneumo.errors import InputError, printable
-from pneumo.fitting.record.channel import PATH, TIME, Channel
+from pneumo.fitting.record.channel import PATH, TIME, Channel, is_time
 from pneumo.fitting.record.units import (
     ON_OFF,
     PLAIN,
@@ -32,10 +32,13 @@ HEADER = re.compile(
 )
 LABEL = re.compile(r"(.+?)(?:\s*[\[(](.+)[\])]|[_ ]+([^\w\s]\S*))?")  # name and unit elsewhere
 MOST_NAMED = 8  # columns that a message names
-UNNAMED = "?"  # for a column that nobody can guess
 LIKELY = {"t": "s", "u": "V", "x": "mm", "T": "degC", **dict.fromkeys(("m_A", "m_B"), "kg/s")}
 LIKELY |= dict.fromkeys(("P_A", "P_B", "P_s"), "bar")
 CURVE = "; it looks like a table of a valve's flow: that is `curve` under `valve` in the file of --config"
+TWO_COMMANDS = (
+    "column u_B: a record of a valve for each chamber cannot be fitted by its commands: measure the flows"
+    " m_A and m_B in their place"
+)
 GUESSES = {  # names of columns in other laboratories, in small letters and digits
     "t": re.compile(r"t|(time|zeit|temps|tempo)\w*"),
     "u": re.compile(r"[rfbi]?(u|(u|ventil|valve)?(command|cmd|ventil|valve|stell\w*|spannung|voltage))"),
@@ -52,20 +55,20 @@ GUESSES = {  # names of columns in other laboratories, in small letters and digi
 class Column(BaseModel):
     """Column of a file that holds a quantity, and its unit there."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", coerce_numbers_to_str=True)  # names may be numbers
     column: Annotated[str, Field(min_length=1)]
     unit: str  # of `scale` times the number in the file, plus `offset`
     scale: Annotated[float, Field(allow_inf_nan=False)] = 1.0
     offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
 
-    def reading(self, path: Path, quantity: str, around: Surroundings) -> Reading:
+    def reading(self, path: Path, quantity: str, around: Surroundings, hint: str = "") -> Reading:
         """Factor and offset that convert the column's numbers to SI units, and the unit in full.
 
-        `InputError` if the quantity has no such unit, or the unit is ambiguous.
+        `InputError`, with a hint, if the quantity has no such unit, or the unit is ambiguous.
         """
         found = reading(quantity, self.unit, around)
         if isinstance(found, str):
-            raise InputError(f"{path}: column {printable(self.column, 30)}: {found}")
+            raise InputError(f"{path}: column {printable(self.column, 30)}: {found}{hint}")
         return found._replace(
             factor=found.factor * self.scale, offset=found.factor * self.offset + found.offset
         )
@@ -94,8 +97,22 @@ def read_mapping(source: str | Mapping[str, Any]) -> dict[str, Column]:
 
 
 def columns_of(mapping: Columns | None, channels: Sequence[Channel]) -> dict[str, Column]:
-    """Columns by quantity, as given or else by header."""
-    return read_mapping(mapping) if mapping else columns_by_header(channels)
+    """Columns by quantity, as given or else by header; t by header where it is not given.
+
+    `InputError` if a file has the commands of two valves, and no mapping says which one to read.
+    """
+    if not mapping:
+        found = columns_by_header(channels)
+        if any(_foreign_label(channel.name)[:3] == "u_b" for channel in channels) and "m_A" not in found:
+            raise InputError(TWO_COMMANDS)
+        return found
+    return columns_by_header([c for c in channels if is_time(c.name) or _is_unit_of_time(c)]) | read_mapping(
+        mapping
+    )
+
+
+def _is_unit_of_time(channel: Channel) -> bool:
+    return isinstance(reading("t", _unit(channel.name, channel.unit)), Reading)
 
 
 def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
@@ -122,10 +139,15 @@ def columns_by_header(channels: Sequence[Channel]) -> dict[str, Column]:
             found.setdefault(quantity, {}).setdefault(rank, []).append(column)
             break
     best = {quantity: ranked[min(ranked)] for quantity, ranked in found.items()}
+    timed = [c for c in channels if c.name not in clocks and _is_unit_of_time(c)]
+    if "t" not in best and len(timed) == 1:
+        (channel,) = timed
+        best["t"] = [Column(column=channel.name, unit=_unit(channel.name, channel.unit))]
     for quantity, columns in best.items():
         if len(columns) > 1:
             both = " and ".join(repr(printable(column.column, 30)) for column in columns[:2])
-            raise InputError(f"columns {both}: both are {quantity}")
+            firsts = {name: some[0] for name, some in best.items()}
+            raise InputError(f"columns {both}: both are {quantity}{proposal(firsts)}")
     return {quantity: columns[0] for quantity, columns in best.items()}
 
 
@@ -152,45 +174,62 @@ def missing_columns(
 ) -> str:
     """Text for a message on missing quantities, with the option ``--columns`` for a shell.
 
-    It has the columns that are guessed by their names, and `UNNAMED` for the others. `instead` has what else
-    may be done without a quantity.
+    It has columns that are guessed by their names or else their order, if there are enough. `instead` has
+    what else may be done without a quantity.
     """
-    proposed = {**known, **_guessed(channels, known, missing)}
+    guessed = _guessed(channels, known, missing)
+    hints = "".join(instead.get(quantity, "") for quantity in missing)
+    if len(channels) < 4 and not {*known, *guessed} - {"t", "u"}:
+        hints = CURVE
+    text = (
+        f"must have a header such as {missing[0]}_{LIKELY[missing[0]]}, or be named with --columns; columns:"
+        f" {_listed(channels)}{hints}"
+    )
+    if len(guessed) < len(missing) or hints == CURVE:
+        return text
+    return text + proposal({**known, **guessed})
+
+
+def proposal(columns: Mapping[str, Column]) -> str:
+    """Text with the option ``--columns`` for a shell; units that are missing are the usual ones."""
     content = {
         q: column.model_dump(exclude_defaults=True) | {"unit": _likely(q, column.unit)}
-        for q, column in proposed.items()
+        for q, column in columns.items()
     }
-    hints = "".join(instead.get(quantity, "") for quantity in missing)
-    if len(channels) < 4 and [q for q, c in proposed.items() if c.column != UNNAMED] == ["u"]:
-        hints = CURVE
-    return (
-        f"must have a header such as {missing[0]}_{LIKELY[missing[0]]}, or be named with --columns; columns:"
-        f" {_listed(channels)}{hints}; to check and complete:"
-        f" --columns {shlex.quote(json.dumps(content, ensure_ascii=False))}"
-    )
+    return f"; to check and complete: --columns {shlex.quote(json.dumps(content, ensure_ascii=False))}"
+
+
+def _foreign_label(name: str) -> str:
+    """Last part of a name in lower case."""
+    return PATH.sub("", name).strip().lower()
 
 
 def _guessed(
     channels: Sequence[Channel], known: Mapping[str, Column], missing: Sequence[str]
 ) -> dict[str, Column]:
-    """Columns of missing quantities by names in other laboratories; `UNNAMED` for what nobody can guess."""
+    """Columns of missing quantities, by names in other laboratories or a unit of time; others by order."""
     used = {column.column for column in known.values()}
     free = {channel.name: channel.unit for channel in channels if channel.name not in used}
-    found = dict[str, Column]()
+    names = dict[str, str]()
     for quantity in missing:
         labels = ((name, _foreign(label)[0]) for name in free for label in (name, PATH.sub("", name)))
-        name = next((name for name, label in labels if GUESSES[quantity].fullmatch(label)), UNNAMED)
-        units = {name: plain_unit(unit or _foreign(name)[1]) for name, unit in free.items()}
-        of_time = [name for name, unit in units.items() if isinstance(reading("t", unit), Reading)]
-        if quantity == "t" and name == UNNAMED and len(of_time) == 1:
-            name = of_time[0]
-        found[quantity] = Column(column=name, unit=plain_unit(free.pop(name, "") or _foreign(name)[1]))
-    return found
+        timed = [name for name, unit in free.items() if isinstance(reading("t", _unit(name, unit)), Reading)]
+        by_name = [name for name, label in labels if GUESSES[quantity].fullmatch(label) and name not in names]
+        by_name += timed if quantity == "t" and len(timed) == 1 else []
+        names |= {name: quantity for name in by_name[:1]}
+    left = [quantity for quantity in QUANTITIES if quantity in {*missing} - {*names.values()}]
+    names |= dict(zip((name for name in free if name not in names), left, strict=False))
+    return {quantity: Column(column=name, unit=_unit(name, free[name])) for name, quantity in names.items()}
+
+
+def _unit(name: str, unit: str) -> str:
+    """Unit of a channel: its own, or that in its name."""
+    return plain_unit(unit or _foreign(name)[1])
 
 
 def _likely(quantity: str, unit: str) -> str:
-    """Unit of a proposal: the usual one where none is written, `UNNAMED` for one of something else."""
-    return (unit if isinstance(reading(quantity, unit), Reading) else UNNAMED) if unit else LIKELY[quantity]
+    """Unit of a proposal: the usual one where none is written, or one of something else."""
+    return unit if unit and isinstance(reading(quantity, unit), Reading) else LIKELY[quantity]
 
 
 def _listed(channels: Sequence[Channel]) -> str:

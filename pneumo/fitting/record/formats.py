@@ -1,8 +1,11 @@
 """Files and tables in memory as channels; `FORMATS` has a row for each format."""
 
+import csv
 import dataclasses
 import gzip
+import io
 import warnings
+import zipfile
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
@@ -14,12 +17,14 @@ import xarray as xr
 
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import MOST_ROWS, Channel, distinct, is_time, limit, table_channels
+from pneumo.fitting.record.clocks import Setting, with_stated_clock
 from pneumo.fitting.record.reader_process import isolated
-from pneumo.fitting.record.text import read_text
+from pneumo.fitting.record.text import MOST_COLUMNS, read_text
 from pneumo.fitting.record.units import TIMES, plain_unit
 from pneumo.regular_file import regular_file
 
 LARGEST_FILE = 200_000_000  # bytes
+LARGEST_SHEET = 300_000_000  # bytes of XML, of which openpyxl reads some 5 MB a second
 MOST_NUMBERS = 40_000_000  # of all channels together: 320 MB
 LONGEST_ARRAY = 200  # in a message of ROS whose numbers are signals
 DATA, TIME = ("Data", "data", "values", "Values"), ("Time", "time", "t")  # members of MATLAB's structs
@@ -36,8 +41,17 @@ def given_channels(source: pd.DataFrame | xr.Dataset) -> list[Channel]:
 
 
 def _of_dataset(data: xr.Dataset) -> list[Channel]:
-    """One-dimensional variables of a dataset; the time along their dimension is their clock."""
+    """One-dimensional variables of a dataset; the time along their dimension is their clock.
+
+    One with a second dimension whose coordinates are names, such as P by (t, chamber), has a channel for
+    each.
+    """
     flat = {str(name): data[name] for name in data.variables if data[name].ndim == 1}
+    for name in (name for name in data.variables if data[name].ndim == 2):
+        labelled = [dim for dim in data[name].dims if dim in data.coords and data[dim].dtype.kind in "OUS"]
+        for label in data[labelled[0]].values if len(labelled) == 1 else ():
+            label = label.decode() if isinstance(label, bytes) else str(label)
+            flat[f"{name}_{label}"] = data[name].sel({labelled[0]: label})
     made, clocks = list[tuple[Any, Channel]](), dict[Any, Channel]()  # with, or by, dimension
     for name, variable in flat.items():
         (dim,) = variable.dims
@@ -60,14 +74,27 @@ def _nested(path: Path, content: dict[str, Any]) -> list[Channel]:
     longest = max((len(channel.values) for channel in found), default=0)
     if longest < 2:
         raise InputError(f"{path}: no vectors of numbers: save each signal as a vector, such as P_A_kPa")
-    return distinct([c for c in found if c.clock or len(c.values) == longest])  # others are constants
+    signals = distinct([c for c in found if c.clock or len(c.values) == longest])  # others are constants
+    return with_stated_clock(signals, _scalars(content))
 
 
-def _members(name: str, value: Any, clock: Channel | None, unit: str = "") -> Iterator[Channel]:
-    """Channels in a variable; those in structs have the members' names.
+def _scalars(content: dict[str, Any]) -> Iterator[Setting]:
+    """Single numbers among variables and members of structs."""
+    for name, value in content.items():
+        if isinstance(value, dict):
+            yield from _scalars(value)
+        elif np.ndim(value) == 0 and isinstance(value, int | float | np.number | np.ndarray):
+            yield Setting(name, float(value))
+
+
+def _members(
+    name: str, value: Any, clock: Channel | None, unit: str = "", within: str = ""
+) -> Iterator[Channel]:
+    """Channels in a variable; those in structs have the members' names behind the struct's, `within`.
 
     A struct of Simulink's block To Workspace has time and signals, one of dSPACE X and Y with Name and Data,
-    a time series Time and Data. In others, the time as long as a vector is its clock.
+    a time series Time and Data. In others, the time as long as a vector is its clock, and one vector named
+    y or value beside a time is the struct's.
     """
     if isinstance(value, pd.DataFrame):  # MATLAB's table or timetable
         attributes = value.attrs.get("varUnits") or value.attrs.get("VariableUnits") or []
@@ -89,6 +116,9 @@ def _members(name: str, value: Any, clock: Channel | None, unit: str = "") -> It
         own = next((key for key in TIME if key in vectors), None)
         if own and (data is not None or "signals" in value):
             clock = Channel(own, vectors[own], _text(value.get("TimeInfo", {}).get("Units")) or "s")
+        others = [key for key in vectors if key not in (own, *DATA)]
+        if own and data is None and len(others) == 1 and others[0].lower() in ("y", "value", "val"):
+            data, clock = vectors[others[0]], Channel(own, vectors[own], "s" if own == "time" else "")
         if data is not None:
             label = _text(value.get("Name")) or _text(value.get("label")) or name
             units = (value.get("Unit"), value.get("unit"), value.get("DataInfo", {}).get("Units"))
@@ -98,17 +128,20 @@ def _members(name: str, value: Any, clock: Channel | None, unit: str = "") -> It
         clocks = [Channel(key, vector) for key, vector in vectors.items() if is_time(key)]
         for key, member in value.items():
             size = max(np.shape(member), default=0) if isinstance(member, np.ndarray) else 0
-            yield from _members(key, member, next((c for c in clocks if len(c.values) == size), clock))
+            of_size = next((c for c in clocks if len(c.values) == size), clock)
+            yield from _members(key, member, of_size, within=f"{within}{name}." if name else "")
     elif isinstance(value, list):
         for member in value:
-            yield from _members(name, member, clock)
+            yield from _members(name, member, clock, within=within)
     elif isinstance(value, np.ndarray) and value.dtype.kind in "iufbmM":
+        columns = {}
         if value.ndim == 2:
-            columns = value.T if value.shape[0] >= value.shape[1] else value
-            for number, column in enumerate(columns, start=1):
-                yield Channel(f"{name}.{number}", column, unit, clock)
+            matrix = value.T if value.shape[0] >= value.shape[1] else value
+            columns = {f"{name}.{number}": column for number, column in enumerate(matrix, start=1)}
         elif value.ndim == 1 and len(value) > 1:
-            yield Channel(name, value, plain_unit(unit), clock)
+            columns = {name: value}
+        for key, column in columns.items():
+            yield Channel(within + key, column, plain_unit(unit), clock, other=key)
 
 
 def _text(value: Any) -> str:
@@ -138,8 +171,10 @@ def _hdf5(path: Path) -> list[Channel]:
     def content(item: Any) -> Any:
         if isinstance(item, h5py.Group):
             return {key: content(item[key]) for key in item}
-        if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "iufb" or item.size < 2:
+        if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "iufb" or not item.size:
             return None
+        if item.size == 1:
+            return float(item[()].squeeze())
         limit(path, item.size, MOST_NUMBERS, "numbers")
         unit, values = item.attrs.get("units", item.attrs.get("unit", "")), item[()].squeeze()
         unit = unit.decode(errors="replace") if isinstance(unit, bytes) else str(unit)
@@ -155,8 +190,19 @@ def _arrow(path: Path) -> list[Channel]:
 
 def _excel(path: Path) -> list[Channel]:
     """First sheet of a workbook, read as the text that saving it as CSV would give."""
-    sheet = pd.read_excel(path, header=None, dtype=object, engine="openpyxl")
-    return read_text(path, sheet.to_csv(sep="\t", index=False, header=False).encode())
+    openpyxl = import_module("openpyxl")
+    with zipfile.ZipFile(path) as package:
+        limit(path, sum(part.file_size for part in package.infolist()), LARGEST_SHEET, "bytes when unpacked")
+    text, cells = io.StringIO(), 0
+    writer = csv.writer(text, delimiter="\t", lineterminator="\n")
+    for row in (
+        openpyxl.load_workbook(path, read_only=True, data_only=True).worksheets[0].iter_rows(values_only=True)
+    ):
+        cells += len(row)
+        limit(path, len(row), MOST_COLUMNS, "columns")
+        limit(path, cells, MOST_NUMBERS // 4, "cells")
+        writer.writerow("" if value is None else value for value in row)
+    return read_text(path, text.getvalue().encode())
 
 
 def _tdms(path: Path) -> list[Channel]:
@@ -281,13 +327,21 @@ class Format(NamedTuple):
 
 
 EXTRA = "with `pip install 'pneumo[formats]'`"
-MAT = f"vectors, matrices, structs (To Workspace, time series, dSPACE); 7.3, tables and timetables {EXTRA}"
-LOGGERS = "TwinCAT Scope, Simulink's Data Inspector, ControlDesk, PlotJuggler, ROS"
+MAT = f"PicoScope's; vectors, matrices, structs of Simulink and dSPACE; 7.3, tables and timetables {EXTRA}"
+LOGGERS = (
+    "TwinCAT Scope, Simulink's Data Inspector, ControlDesk, PlotJuggler, ROS, Arduino's monitor and plotter;"
+    " oscilloscopes of Keysight, LeCroy, PicoScope, Rigol, Siglent, Tektronix, Yokogawa"
+)
 FORMATS = (
     Format((), "CSV", _text_file, f"any separator, decimal sign and preamble; {LOGGERS}; also packed (.gz)"),
     Format((".lvm",), "LabVIEW", _labview, f"several segments and X columns too; {EXTRA}"),
     Format((".mat",), "MATLAB", _matlab, MAT),
-    Format((".nc",), "NetCDF", _netcdf, "one-dimensional variables with the attribute units; times as in CF"),
+    Format(
+        (".nc",),
+        "NetCDF",
+        _netcdf,
+        "variables over time with the attribute units, as `pneumo simulate` writes; times as in CF",
+    ),
     Format((".h5", ".hdf5"), "HDF5", _hdf5, f"vectors in any group; {EXTRA}"),
     Format((".parquet", ".feather"), "Parquet, Feather", _arrow, EXTRA),
     Format((".xlsx",), "Excel", _excel, f"the first sheet; {EXTRA}"),

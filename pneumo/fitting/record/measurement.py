@@ -1,5 +1,6 @@
 """Reading a measurement: signals in SI units on one grid of times."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -11,13 +12,15 @@ from scipy.ndimage import binary_dilation
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
-from pneumo.fitting.record.channel import Channel, Series, numbers, refuse, series
+from pneumo.fitting.record.channel import Channel, numbers, refuse
+from pneumo.fitting.record.clocks import NoUnitError
 from pneumo.fitting.record.columns import (
     Column,
     Columns,
     clock_unit,
     columns_of,
     missing_columns,
+    proposal,
     unused_note,
 )
 from pneumo.fitting.record.formats import read_channels
@@ -32,6 +35,7 @@ from pneumo.fitting.record.plausibility import (
     saturated,
     until_it_stops,
 )
+from pneumo.fitting.record.series import Series, series
 from pneumo.fitting.record.units import Surroundings
 
 SENSORS = ("x", "P_A", "P_B")
@@ -97,7 +101,8 @@ def read_series(
     `InputError` if one of them is not usable, or one that is needed has no column; `instead` has what else
     may be done then.
     """
-    by_name = {channel.name: channel for channel in reversed(channels)}
+    by_name = {re.sub(r"\s*[\[(].*", "", c.name): c for c in channels}  # CH1 for CH1(V)
+    by_name |= {c.other: c for c in channels} | {c.name: c for c in reversed(channels)}
     clocks = {c.clock.name: c.clock for c in channels if c.clock is not None} | by_name
     known = {q: c for q, c in columns.items() if c.column in (clocks if q == "t" else by_name)}
     used = {quantity: by_name[column.column] for quantity, column in known.items() if quantity != "t"}
@@ -112,8 +117,13 @@ def read_series(
         clock = channel.clock or clocks[columns["t"].column]
         if quantity in OPTIONAL and np.isnan(numbers(path, channel, quantity)).all():
             continue
-        read = columns[quantity].reading(path, quantity, around)
-        found[quantity] = series(path, channel, quantity, clock, clock_unit(clock, columns), read)
+        hint = "" if columns[quantity].unit else proposal(known)
+        read = columns[quantity].reading(path, quantity, around, hint)
+        t_unit = clock_unit(clock, columns)
+        try:
+            found[quantity] = series(path, channel, quantity, clock, t_unit, read)
+        except NoUnitError as error:
+            raise InputError(f"{error}{proposal(known)}") from None
     start = min((signal.start for signal in found.values()), default=0)
     return {q: s._replace(start=start, t=s.t + (s.start - start) / 1e9) for q, s in found.items()}
 
@@ -155,6 +165,7 @@ def read_measurement(
     # Who gives a mapping knows what it leaves out; an empty column, as of LabVIEW's comments, says nothing.
     filled = [c for c in channels if len(c.values) and str(c.values[0]).strip() not in ("", "nan")]
     notes = [] if mapping else unused_note(filled, columns)
+    notes += dict.fromkeys(signal.note for signal in signals.values() if signal.note)
     if from_end:
         x = signals["x"]
         signals["x"] = x._replace(values=x.values - plant.cylinder.stroke / 2)
@@ -209,7 +220,14 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
         check_clock(path, signal, closed, sensor=quantity in SENSORS)
         notes += _missing(path, signal)
     fastest = min((signals[name] for name in SENSORS), key=lambda s: (s.period, -len(s.t)))
-    first, last = max(s.t[0] for s in moving.values()), min(s.t[-1] for s in moving.values())
+    sensors = max(s.t[-1] for s in moving.values() if not s.held)
+    ends = {name: s.end(sensors) if s.held else s.t[-1] for name, s in moving.items()}
+    first, last = max(s.t[0] for s in moving.values()), min(ends.values())
+    notes += [
+        f"column {name}: its last value, at {s.t[-1]:.4g} s, is held to the end at {sensors:.4g} s"
+        for name, s in moving.items()
+        if ends[name] > s.t[-1] + s.period
+    ]
     tolerance = UNEVEN * fastest.period
     t = fastest.t[(fastest.t >= first - tolerance) & (fastest.t <= last + tolerance)]
     if len(t) < FEWEST_ROWS:

@@ -8,8 +8,9 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError
-from pneumo.fitting.record.channel import Series, refuse
+from pneumo.fitting.record.channel import refuse
 from pneumo.fitting.record.sensor_faults import at_end_of_range, stopped
+from pneumo.fitting.record.series import Series
 from pneumo.fitting.record.units import LENGTHS, PRESSURES, gauge_zero
 
 SHORTEST = 1e-5  # s, between samples
@@ -24,6 +25,7 @@ LEAST_GAUGE = 0.2  # of the atmosphere, that a gauge pressure reaches if another
 # a servo valve they have some 0.8. It finds a unit that is too small by more than 4.
 LEAST_AT_WORK = 0.25
 TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
+MOST_DROP_OUTS = 0.01  # fraction of samples, as many as may be missing
 LEAST_TRAVEL = 0.02  # of half the stroke, that a piston at work moves
 JITTER, MOST_EVENTS = 0.1, 200  # of a period; of a signal
 AT_STOP = 0.02  # of half the stroke, from a stop
@@ -154,6 +156,15 @@ def check_signals(
     return notes
 
 
+def _refuse_drop_outs(path: Path, signal: Series, impossible: np.ndarray) -> None:
+    """Raise `InputError` for samples that nothing but a drop-out gives, if they are few."""
+    count, samples = int(impossible.sum()), len(impossible)
+    if count <= MOST_DROP_OUTS * samples:
+        what, cells = ("is", "this cell") if count == 1 else ("are", "such cells")
+        problem = f"{count} of {samples} samples {what} not plausible: a drop-out? leave {cells} empty"
+        refuse(path, signal.channel, signal.quantity, signal.rows[impossible], problem)
+
+
 def _check_position(path: Path, signal: Series, plant: Plant, from_end: bool, closed: bool) -> list[str]:
     """Notes on a position; `InputError` if it is outside the stroke."""
     x, half = signal.values, plant.cylinder.stroke / 2
@@ -165,6 +176,7 @@ def _check_position(path: Path, signal: Series, plant: Plant, from_end: bool, cl
         return [f"column x: moves {np.ptp(x) * 1e3:.3g} mm of a stroke of {2e3 * half:.4g} mm{hint}"]
     if np.ptp(x) <= 2.2 * half:
         hint = "" if from_end or x.min() < -0.1 * half else "; does it count from the end? --x-from end"
+    _refuse_drop_outs(path, signal, np.abs(x) > 2 * half)
     outside = f"outside the stroke, {shift - half:g} to {shift + half:g} m{hint}"
     refuse(path, signal.channel, "x", signal.rows[np.abs(x) > 1.05 * half], outside)
     return []
@@ -198,7 +210,7 @@ def _other_unit(
     ends = np.percentile(signal.values, (1, 99))
     for other, factor in units.items():
         ratio = factor / units[unit]
-        if possible(*(zero + ratio * (ends - zero))):
+        if ratio != 1 and possible(*(zero + ratio * (ends - zero))):
             return f": it was read in {unit}; is it in {other} (a factor of {max(ratio, 1 / ratio):.6g})?"
     return f": it was read in {unit}; is that right?"
 
@@ -214,6 +226,7 @@ def _check_pressure(path: Path, signal: Series, plant: Plant, closed: bool) -> l
     )
     ends = f"{c.P_atm:.4g} (atmosphere) to {c.P_s:.4g} Pa (supply), absolute"
     allowed = f"must be about {ends}; a gauge's unit is written bar(g){hint}"
+    _refuse_drop_outs(path, signal, (0.5 * c.P_atm >= P) | ((TOO_LARGE * c.P_s < P) & (not closed)))
     refuse(path, signal.channel, name, signal.rows[0.5 * c.P_atm >= P], allowed)
     if top > (TOO_LARGE if closed else OF_SUPPLY) * c.P_s and not (closed and "factor" not in hint):
         raise InputError(f"{path}: column {name}: up to {top:.4g} Pa: {allowed}")

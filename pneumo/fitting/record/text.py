@@ -1,15 +1,16 @@
 """Text files of loggers: their layout is found by their content.
 
-A file may begin with comments or any other lines. Its table is the first run of numbers, with a row of names
-above it and perhaps one of units between. Other layouts: TwinCAT Scope's blocks of a channel each, and the
-labelled rows of Simulink's Data Inspector.
+A file may begin with comments, settings or any other lines. Its table is the longest run of rows of numbers,
+with a row of names above it and perhaps one of units between. Other layouts: TwinCAT Scope's blocks of a
+channel each, the labelled rows of Simulink's Data Inspector and of oscilloscopes, and the lines of serial
+monitors.
 """
 
 import csv
 import io
 import re
-from collections.abc import Sequence
-from itertools import islice, zip_longest
+from collections.abc import Iterator, Sequence
+from itertools import islice, pairwise, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +18,8 @@ import numpy as np
 import pandas as pd
 
 from pneumo.errors import InputError
-from pneumo.fitting.record.channel import MOST_ROWS, Channel, is_time, limit, table_channels
+from pneumo.fitting.record.channel import MOST_ROWS, WORDS, Channel, is_time, limit, table_channels
+from pneumo.fitting.record.clocks import Setting, letters, with_stated_clock
 from pneumo.fitting.record.units import is_unit, plain_unit
 
 HEAD_LINES, SAMPLE_LINES = 200, 50  # within which the first sample must be; rows that show the layout
@@ -32,7 +34,25 @@ GROUPED = {  # numbers with thousands separators, by decimal sign
 }
 SCOPE = {"netid", "port", "sampletime[ms]", "symbolname", "data-type"}  # labels of TwinCAT Scope's header
 INSPECTOR = re.compile(r"(Unit|Interp|Type|BlockPath|PortIndex|Enum|Complexity|SignalID):\s*(.*)")
+NO_NUMBERS = {"nan", "null", "none", "inf", "qnan", "ind"}
 HELD = {"zoh": True, "linear": False}
+NAMES = {
+    "label",
+    "labels",
+    "name",
+    "names",
+    "tracename",
+    "channelname",
+}  # rows of oscilloscopes, by their label
+UNITS = {"unit", "units", "verticalunits", "vunit"}
+SETTING = re.compile(  # "tInc = 1e-3", "Sample rate: 1 kHz"
+    r"\s*(?P<name>[^\W\d][^=:]*?)\s*[=:]\s*(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>[A-Za-zµ/]*)\s*"
+)
+BRACKETS = re.compile(r"(.*?)\s*[\[(](.*)[\])]")
+MOST_COLUMNS = 2_000
+STAMPED = re.compile(rb"(?m)^[ \t]*(\d\d:\d\d:\d\d(?:[.,]\d+)?)[ \t]*->[ \t]*")  # of serial monitors
+STAMP = re.compile(r"\d\d:\d\d:\d\d(?:[.,]\d+)?")
+PAIR = re.compile(r"\s*([^\W\d][^:=]*?)\s*[:=]\s*([+-]?[\d.]\S*|nan|inf)\s*", re.IGNORECASE)
 
 
 TIME_UNITS = {"__time": "s", "x-axis": "s", "%time": "ns"}  # of PlotJuggler, ControlDesk and rostopic
@@ -58,7 +78,12 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     """
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):  # Excel's "Unicode text"
         content = content.decode("utf-16", errors="replace").encode()
+    for line in islice(io.BytesIO(content), HEAD_LINES + SAMPLE_LINES):
+        limit(path, max(line.count(s) for s in (b",", b";", b"\t")) + 1, MOST_COLUMNS, "columns")
     content = content[:-1000] + re.sub(rb"(?i)[\s;,]+(EOF|END)\b[^\n]*\s*\Z", b"\n", content[-1000:])
+    if b"\0" in content[:100_000]:
+        raise InputError(f"{path}: not a text file: export it as CSV, with names and units in the first row")
+    content = _plain_lines(content)
     head = b"".join(islice(io.BytesIO(content), HEAD_LINES + SAMPLE_LINES))
     try:
         encoding = "utf-8-sig"
@@ -66,14 +91,80 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     except UnicodeDecodeError:
         encoding = "latin-1"
         lines = re.split(r"\r*\n", head.decode(encoding))
-    if b"\0" in head:
-        raise InputError(f"{path}: not a text file: export it as CSV, with names and units in the first row")
     table = _first_sample(path, lines)
     above = lines[: table.line]
     header = _scope_header(above, table) or _header(path, above, table)
     columns = _columns(path, content, table, len(header), encoding)
     named = zip(header, columns, strict=False)
-    return table_channels([c._replace(values=values, first_line=table.line + 1) for c, values in named])
+    channels = table_channels(
+        [c._replace(values=v, first_line=table.line + 1) for c, v in named if not _is_setting(c.name)]
+    )
+    return with_stated_clock(channels, _settings(above, table.separator))
+
+
+def _is_setting(name: str) -> bool:
+    """Whether a column's name is a setting, or the name of one, below which there are no samples."""
+    return SETTING.fullmatch(name) is not None or letters(name) in ("start", "increment")
+
+
+def _plain_lines(content: bytes) -> bytes:
+    """Lines of a serial monitor as those of a table: its stamps in a column, names of pairs in a row above.
+
+    The stamp before an arrow is when a line arrived; `t_us:1000,u_V:1.3` is what Arduino's plotter reads.
+    """
+    head = content[:20_000]
+    if len(STAMPED.findall(head)) > 1:
+        first = STAMPED.search(head)
+        assert first
+        line = content[first.end() :].partition(b"\n")[0]
+        separator = max(b",", b";", b"\t", b" ", key=line.count)
+        before = content[: first.start()].rstrip(b"\r\n")
+        above, _, names = before.rpartition(b"\n")
+        names = b"Time" + separator + names if names.strip() else b""
+        content = above + b"\n" + names + b"\n" + STAMPED.sub(rb"\1" + separator, content[first.start() :])
+    lines = head.decode(errors="replace").splitlines()[:HEAD_LINES]
+    for line, after in pairwise(lines):
+        names = _pair_names(line)
+        if len(names) > 1 and names == _pair_names(after):
+            return _table_of_pairs(content, names)
+    return content
+
+
+def _pair_names(line: str) -> list[str]:
+    """Names of a line that has nothing but pairs of a name and a number; else none."""
+    line = line.rpartition("->")[2]
+    for separator in (",", ";", "\t", " "):
+        pairs = [PAIR.fullmatch(field) for field in line.strip(f" \r{separator}").split(separator)]
+        if len(pairs) > 1 and all(pairs):
+            return [pair[1] for pair in pairs if pair]
+    return []
+
+
+def _table_of_pairs(content: bytes, names: Sequence[str]) -> bytes:
+    """Pairs with these names as rows of numbers below a row of names; other lines stay as they are."""
+    pairs = rb"[,;\t ]+".join(re.escape(name).encode() + rb"\s*[:=]\s*([^,;\s]+)" for name in names)
+    row = re.compile(rb"(?m)^[ \t]*(\d\d:\d\d:\d\d(?:[.,]\d+)?[,;\t ])?\s*" + pairs + rb"[,;\t ]*\r?$")
+    first = row.search(content)
+    if not first:
+        return content
+    stamp = b"Time;" if first[1] else b""
+    numbers = b";".join(rb"\%d" % k for k in range(2, len(names) + 2))
+    rows = row.sub(
+        lambda m: (m[1][:-1] + b";" if m[1] else b"") + m.expand(numbers), content[first.start() :]
+    )
+    return content[: first.start()] + stamp + ";".join(names).encode() + b"\n" + rows
+
+
+def _settings(above: Sequence[str], separator: str) -> Iterator[Setting]:
+    """Numbers that lines above a table state: `name = number`, a row of both, or a name above its number."""
+    rows = [_fields(line, separator) for line in above]
+    for row, below in zip(rows, [*rows[1:], []], strict=True):
+        for name, number in [*pairwise(row), *zip(row, below, strict=False)]:
+            label = BRACKETS.fullmatch(name)
+            if POINT.fullmatch(number):
+                yield Setting(label[1] if label else name, float(number), label[2] if label else "")
+        for match in filter(None, map(SETTING.fullmatch, row)):
+            yield Setting(match["name"], float(match["value"]), match["unit"])
 
 
 def _fields(line: str, separator: str) -> list[str]:
@@ -82,7 +173,10 @@ def _fields(line: str, separator: str) -> list[str]:
     if separator == " ":
         return line.split()
     try:
-        fields = [field.strip() for field in next(csv.reader([line], delimiter=separator), [])]
+        fields = [
+            field.strip()
+            for field in next(csv.reader([line], delimiter=separator, skipinitialspace=separator != "\t"), [])
+        ]
     except csv.Error:  # a field of more than 131,072 characters
         return []
     while fields and not fields[-1]:
@@ -96,7 +190,10 @@ def _is_number(text: str) -> bool:
 
 
 def _first_sample(path: Path, lines: Sequence[str]) -> _Table:
-    """First line that is mostly numbers, with the separator by which most of its fields are numbers."""
+    """First line of the longest run of lines that are mostly numbers, and how they are written.
+
+    The separator is that by which most fields of this line are numbers.
+    """
 
     def numeric(line: str, separator: str) -> tuple[float, int]:
         fields = [field for field in _fields(line, separator) if field]
@@ -104,19 +201,35 @@ def _first_sample(path: Path, lines: Sequence[str]) -> _Table:
         mostly = count >= 2 and 2 * count + _is_number(fields[0]) > len(fields)
         return (count / len(fields), len(fields)) if mostly else (0.0, 0)
 
-    for index, line in enumerate(lines[:HEAD_LINES]):
-        if line.lstrip().startswith(COMMENTS):
+    runs, words = list[list[int]](), True  # line numbers; whether the line before was no row of numbers
+    for index, line in enumerate(lines):
+        if line.lstrip().startswith(COMMENTS) or not line.strip():
             continue
-        separator = max(SEPARATORS, key=lambda s: numeric(line, s))  # of several the first: a tab, not spaces
-        if numeric(line, separator)[1]:
-            rows = [_fields(row, separator) for row in lines[index : index + SAMPLE_LINES]]
-            width = max(map(len, rows)) if separator != " " else len(rows[0])
-            most = max(width, line.count(separator) + 1) if separator != " " else width
-            return _Table(index, separator, width, most, _decimal([cell for row in rows for cell in row]))
-    where = f"within the first {HEAD_LINES} lines"
-    raise InputError(
-        f"{path}: no numbers in columns {where}: export CSV with names and units in the first row"
-    )
+        if any(numeric(line, separator)[1] for separator in SEPARATORS):
+            if words:
+                runs.append([])
+            runs[-1].append(index)
+            words = False
+        elif not {word.lower() for word in re.findall(r"[^\W\d]{2,}", line)} <= WORDS.keys() | NO_NUMBERS:
+            words = True  # else a row of numbers with many empty fields
+    runs = [run for run in runs if run[0] < HEAD_LINES]
+    if not runs:
+        where = f"within the first {HEAD_LINES} lines"
+        raise InputError(
+            f"{path}: no numbers in columns {where}: export CSV with names and units in the first row"
+        )
+    run = max(runs, key=len)
+    index = run[0]
+    separator = max(
+        SEPARATORS, key=lambda s: numeric(lines[run[-1]], s)
+    )  # of several the first: a tab, not spaces
+    first = [_fields(lines[k], separator)[0] for k in run[:2]]
+    if len(run) > 1 and re.match(r"[^\W\d]", first[0]) and not re.match(r"[^\W\d]", first[1]):
+        index = run[1]  # names that are numbers, but for that of the time
+    rows = [_fields(row, separator) for row in lines[index : index + SAMPLE_LINES]]
+    width = max(map(len, rows)) if separator != " " else len(rows[0])
+    most = max(width, lines[index].count(separator) + 1) if separator != " " else width
+    return _Table(index, separator, width, most, _decimal([cell for row in rows for cell in row]))
 
 
 def _decimal(cells: Sequence[str]) -> str:
@@ -145,7 +258,8 @@ def _header(path: Path, above: Sequence[str], table: _Table) -> list[Channel]:
             labels[label] = [match[2] if match else "" for match in matches]
         else:
             # One more than numbers: a column of comments may be left out below.
-            rows += [fields for fields in splits if table.width <= len(fields) <= table.most + 1][:1]
+            shorter = (_without_settings(fields, table.width) for fields in splits)
+            rows += [fields for fields in shorter if table.width <= len(fields) <= table.most + 1][:1]
     if not rows:
         remedy = "write names and units there, such as P_A_kPa"
         if halves:
@@ -155,12 +269,34 @@ def _header(path: Path, above: Sequence[str], table: _Table) -> list[Channel]:
     below = [plain_unit(field) for field in rows[-1]]
     has_units = len(rows) > 1 and 2 * sum(map(is_unit, below)) >= sum(map(bool, below))
     fields = rows[-2] if has_units else rows[-1]
+    by_label = {letters(row[0]): row for row in rows}
+    labels_of = next((by_label[key] for key in by_label.keys() & NAMES if by_label[key] is not fields), [])
+    units_of = next((by_label[key] for key in by_label.keys() & UNITS if by_label[key] is not rows[-1]), [])
+    if labels_of and not is_time(fields[0]):  # rows of settings only
+        fields, has_units = ["", *labels_of[1:]], has_units and not units_of
     names = [field or f"column {number + 1}" for number, field in enumerate(fields)]
+    names = ["Time" if STAMP.fullmatch(name) else name for name in names]
     time_unit = "s" if labels else next((TIME_UNITS[n.lower()] for n in names if n.lower() in TIME_UNITS), "")
-    units = below if has_units else list(map(plain_unit, labels.get("Unit", [])))
+    time_unit = time_unit or next(iter(re.findall(r"(?i)horizontal units?\W+(\w+)", "\n".join(above))), "")
+    units = (
+        below
+        if has_units
+        else list(map(plain_unit, ["", *units_of[1:]] if units_of else labels.get("Unit", [])))
+    )
     held = map(HELD.get, labels.get("Interp", []))
-    described = islice(zip_longest(names, units, held), len(names))
-    return [_column(name, unit or "", time_unit, rule) for name, unit, rule in described]
+    described = islice(zip_longest(names, units, held, ["", *labels_of[1:]]), len(names))
+    return [
+        _column(label or name, unit or "", time_unit, rule)._replace(other=name if label else "")
+        for name, unit, rule, label in described
+    ]
+
+
+def _without_settings(fields: list[str], width: int) -> list[str]:
+    """Fields of a row above the numbers, without a start and an increment behind the names or units."""
+    end = len(fields)
+    while end > width and (fields[end - 1].lower() in ("start", "increment") or _is_number(fields[end - 1])):
+        end -= 1
+    return fields[:end]
 
 
 def _column(name: str, unit: str, time_unit: str, held: bool | None = None) -> Channel:
@@ -196,6 +332,7 @@ def _columns(path: Path, content: bytes, table: _Table, count: int, encoding: st
         keep_default_na=False,
         na_values=["", "nan", "NaN", "NAN"],
         skip_blank_lines=False,
+        skipinitialspace=table.separator != "\t",
         low_memory=False,
     )
     limit(path, len(frame), MOST_ROWS, "rows or more")

@@ -23,6 +23,7 @@ TIMES = {
     "100 ns": 1e-7,  # FILETIME, of Windows
     **dict.fromkeys(("min", "minute", "minutes"), 60.0),
     **dict.fromkeys(("h", "hr", "hour", "hours"), 3600.0),
+    **dict.fromkeys(("d", "day", "days"), 86400.0),
 }
 PRESSURES = {
     **{"kPa": 1e3, "bar": 1e5, "Pa": 1.0, "MPa": 1e6, "mbar": 1e2, "hPa": 1e2, "psi": 6894.757293168361},
@@ -119,7 +120,7 @@ def plain_unit(text: str) -> str:
     return text.replace(" s-1", "/s").replace("_per_", "/")
 
 
-def _named(unit: str, units: Iterable[str]) -> str:
+def unit_name(unit: str, units: Iterable[str]) -> str:
     """Name of a unit in a table, its case ignored where that is not ambiguous (mPa); empty if unknown."""
     if unit in units:
         return unit
@@ -129,8 +130,8 @@ def _named(unit: str, units: Iterable[str]) -> str:
 
 def _pressure(unit: str, P_atm: float) -> Reading | None:
     """Reading of a pressure, absolute without a mark, gauge for `bar rel`."""
-    marked = None if _named(unit, PRESSURES) else MARKED.fullmatch(unit)
-    named = _named(marked["unit"].strip() if marked else unit, PRESSURES)
+    marked = None if unit_name(unit, PRESSURES) else MARKED.fullmatch(unit)
+    named = unit_name(marked["unit"].strip() if marked else unit, PRESSURES)
     mark = marked["mark"].lower() if marked else "a"
     if not named or mark.startswith("d"):
         return None
@@ -142,17 +143,17 @@ def _pressure(unit: str, P_atm: float) -> Reading | None:
 def _rate(unit: str, units: Mapping[str, float]) -> Reading | None:
     """Reading of one of some units over a time, such as kg/h."""
     above, _, below = unit.rpartition("/")
-    named, time = _named(above.strip(), units), _named(below.strip(), TIMES)
+    named, time = unit_name(above.strip(), units), unit_name(below.strip(), TIMES)
     return Reading(units[named] / TIMES[time], 0.0, f"{named}/{time}") if named and time else None
 
 
 def _command(unit: str, u_max: float) -> Reading | None:
-    if named := _named(unit, VOLTAGES):
+    if named := unit_name(unit, VOLTAGES):
         return Reading(VOLTAGES[named], 0.0, named)
     unit = re.sub(r"(?:±|\+/-)\s*(\d+)", r"-\1..\1", unit)
     if FULL_SCALE.fullmatch(unit):
         return Reading(u_max / 100, 0.0, f"% of {u_max:g} V")
-    match = RANGE.fullmatch(RANGES.get(_named(unit, RANGES), unit))
+    match = RANGE.fullmatch(RANGES.get(unit_name(unit, RANGES), unit))
     if not match or not float(match["low"]) < float(match["high"]):
         return None
     low, high = float(match["low"]), float(match["high"])
@@ -175,7 +176,7 @@ def _flow(unit: str, R: float) -> Reading | str | None:
         density = ANR_RHO if abs(R / GASES["air"].R - 1) < 0.01 else 1e5 / (R * ANR_T)
         return Reading(rate * density, 0.0, f"{unit}: {density:.4g} kg/m3")
     stated = STATE.fullmatch(state or ("0 degC" if match["normal"] or match["behind"] else ""))
-    P_unit = _named(stated["unit"] or "bar", PRESSURES) if stated else ""
+    P_unit = unit_name(stated["unit"] or "bar", PRESSURES) if stated else ""
     if not stated or not P_unit:
         known = "(20 degC, 1 bar) or (ANR), for 20 degC, 1 bar, 65 % humidity; they differ by up to 9 %"
         write = f"{unit.partition('(')[0].strip()}(0 degC), {known}"
@@ -192,11 +193,11 @@ def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Readin
     unit = plain_unit(text)
     found: Reading | str | None = None
     table = {"t": TIMES, "x": LENGTHS}.get(quantity, {})
-    if named := _named(unit, table):
+    if named := unit_name(unit, table):
         found = Reading(table[named], 0.0, named)
     elif quantity.startswith("P_"):
         found = _pressure(unit, around.P_atm)
-    elif quantity == "T" and (named := _named(unit, TEMPERATURES)):
+    elif quantity == "T" and (named := unit_name(unit, TEMPERATURES)):
         found = Reading(*TEMPERATURES[named], named)
     elif quantity.startswith("m_"):
         found = _flow(unit, around.R)

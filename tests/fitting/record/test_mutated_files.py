@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+import test_loggers
 import written_records as written
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,13 +17,22 @@ from pneumo.errors import InputError
 from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.record.reader_process import LARGEST_MEMORY, isolated
 
-KINDS = (*written.COMMON, *(f"two rates: {kind}" for kind in written.RATES))
-OF_LIBRARIES = [kind for kind in KINDS if not written.is_text(kind)]
+LOGGERS = {kind: text for kind, (text, _) in (test_loggers.CHANNELS | test_loggers.CLOCKS).items()}
+KINDS = (*LOGGERS, *written.COMMON, *(f"two rates: {kind}" for kind in written.RATES))
+
+
+def is_text(kind):
+    return kind in LOGGERS or written.is_text(kind)
+
+
+OF_LIBRARIES = [kind for kind in KINDS if not is_text(kind)]
 SEEDS = st.integers(0, 2**32)
 
 
 @cache
 def whole(kind):
+    if kind in LOGGERS:
+        return "a.csv", LOGGERS[kind].encode()
     name, content = written.content(kind)
     pytest.importorskip(written.LIBRARIES.get(Path(name).suffix, "numpy"))
     return name, content
@@ -63,7 +73,7 @@ def check(kind, seed):
 
 
 @settings(max_examples=300, deadline=None)  # `make soak`: 6,000
-@given(kind=st.sampled_from([kind for kind in KINDS if written.is_text(kind)]), seed=SEEDS)
+@given(kind=st.sampled_from([kind for kind in KINDS if is_text(kind)]), seed=SEEDS)
 def test_a_damaged_text_gives_one_line_or_a_reading(kind, seed):
     check(kind, seed)
 

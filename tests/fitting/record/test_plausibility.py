@@ -43,7 +43,7 @@ def read(frame, tmp_path, **options):
 X, P = table()["x_m"].to_numpy(), table()["P_A_Pa"].to_numpy()
 LOW = C.P_atm + 0.1 * (C.P_s - C.P_atm) * (1 + 0.1 * np.sin(20 * T))
 REFUSED = [
-    (lambda: table().drop(columns=["x_m"]), ["no column x", "to check and complete: --columns"]),
+    (lambda: table().drop(columns=["x_m"]), ["no column x", "columns: t_s, u_V, P_A_Pa"]),
     (lambda: table().drop(columns=["u_V"]), ["no column u", "--closed both"]),
     (
         lambda: pd.DataFrame({"u_V": [0, 2, 10], "C_dm3_per_sbar": [0, 0.1, 0.6]}),
@@ -76,7 +76,11 @@ REFUSED = [
     ),
     (
         lambda: table().rename(columns={"t_s": "Sample [ms]", "x_m": "way_mm"}),
-        ["no column t, x", '"t": {"column": "Sample [ms]", "unit": "ms"}'],
+        [
+            "no column x",
+            '"x": {"column": "way_mm", "unit": "mm"}',
+            '"t": {"column": "Sample [ms]", "unit": "ms"}',
+        ],
     ),
     (lambda: table(P_s_Pa=np.full(ROWS, 0.39 * C.P_s)), ["column P_s", "0.4 to 1.6 times"]),
     (lambda: table(T_K=np.full(ROWS, 25.0)), ["column T: 25 K", "200 to 400 K"]),

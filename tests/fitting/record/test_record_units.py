@@ -8,7 +8,8 @@ import pytest
 
 from pneumo.configuration.valve_conversions import ANR_RHO
 from pneumo.errors import InputError
-from pneumo.fitting.record.channel import Channel, seconds
+from pneumo.fitting.record.channel import Channel
+from pneumo.fitting.record.clocks import seconds
 from pneumo.fitting.record.columns import (
     Column,
     columns_by_header,
@@ -190,7 +191,7 @@ def test_scale_and_offset_are_of_the_number_in_the_file():
     ],
 )
 def test_the_order_of_day_and_month_is_that_of_the_whole_file(stamps, steps):
-    _, t = seconds(Path("a.csv"), Channel("Time", np.array(stamps, dtype=object)), "")
+    _, t, _ = seconds(Path("a.csv"), Channel("Time", np.array(stamps, dtype=object)), "")
     np.testing.assert_allclose(t, [0, steps], atol=1e-12)
 
 
@@ -199,7 +200,7 @@ def test_a_missing_stamp_is_no_mistake_in_the_others():
         ["", "12/05/2006 23:59:59.5", "n/a", "13/05/2006 00:00:00"],
         ["", "0.5 sec", "n/a", "1.0 sec"],
     ):
-        _, t = seconds(Path("a.csv"), Channel("Time", np.array(stamps, dtype=object)), "s")
+        _, t, _ = seconds(Path("a.csv"), Channel("Time", np.array(stamps, dtype=object)), "s")
         np.testing.assert_allclose(t, [np.nan, 0, np.nan, 0.5], atol=1e-12)
 
 
