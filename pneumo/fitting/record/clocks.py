@@ -40,7 +40,7 @@ ODD_UNITS = (  # of clocks whose unit nobody wrote: least and largest value, uni
     (1e15, 5e15, "us", "microseconds of a date"),
     (1e18, 5e18, "ns", "nanoseconds of a date"),
 )
-STEPS = 1e-5, 10.0  # s, between samples of a record
+LONGEST_STEP = 1.0  # s, between samples of a record whose clock has no unit
 
 
 class NoUnitError(InputError):
@@ -52,6 +52,7 @@ class Ticks(NamedTuple):
 
     values: np.ndarray
     unit: str
+    repeated: float = 0.0  # fraction of a signal's samples that have the number of the sample before
 
     @property
     def steps(self) -> np.ndarray:
@@ -69,8 +70,8 @@ def date_numbers(ticks: Ticks) -> tuple[Ticks, str] | None:
         usual = (
             float(np.median(ticks.steps[ticks.steps > 0])) * TIMES[unit] if (ticks.steps > 0).any() else 0.0
         )
-        if not ticks.unit and least <= low and high <= largest and usual <= STEPS[1]:
-            return Ticks(ticks.values, unit), f"no unit, read as {name}"
+        if not ticks.unit and least <= low and high <= largest and usual <= LONGEST_STEP:
+            return ticks._replace(unit=unit), f"no unit, read as {name}"
     return None
 
 
@@ -90,14 +91,16 @@ def wrapped(ticks: Ticks) -> tuple[Ticks, str] | None:
         if (ahead >= 0).all() and (ahead <= CONTINUES * usual).all():
             count = np.concatenate([[0], np.cumsum(back)])
             length = round(length) if ticks.values.dtype.kind in "iu" else length
-            return Ticks(ticks.values + count * length, ticks.unit), f"begins anew after {name}, continued"
+            return ticks._replace(
+                values=ticks.values + count * length
+            ), f"begins anew after {name}, continued"
     return None
 
 
 def coarse(ticks: Ticks) -> tuple[Ticks, str] | None:
     """Stamps that repeat since they are coarser than the samples, which are uniform then."""
     starts = np.flatnonzero(ticks.steps) + 1
-    if (ticks.steps < 0).any() or len(starts) < 3 or np.mean(ticks.steps == 0) < REPEATED:
+    if (ticks.steps < 0).any() or len(starts) < 3 or ticks.repeated < REPEATED:
         return None
     sizes, gaps = np.diff(starts), np.diff(ticks.values[starts])
     usual = float(np.median(sizes))
@@ -108,17 +111,19 @@ def coarse(ticks: Ticks) -> tuple[Ticks, str] | None:
     period = float(np.polyfit(starts, (ticks.values[starts] - ticks.values[0]).astype(float), 1)[0])
     values = ticks.values[0] + period * np.arange(len(ticks.values))
     about = f"stamps repeat for {len(ticks.values) / (len(starts) + 1):.3g} samples each"
-    return Ticks(values, ticks.unit), f"{about}: taken as uniform"
+    return ticks._replace(values=values), f"{about}: taken as uniform"
 
 
 RULES: tuple[Rule, ...] = (date_numbers, wrapped, coarse)  # each on the result of those before
 
 
-def seconds(path: Path, clock: Channel, unit: str) -> tuple[int, np.ndarray, str]:
+def seconds(
+    path: Path, clock: Channel, unit: str, present: np.ndarray | None = None
+) -> tuple[int, np.ndarray, str]:
     """Time of the first sample, ns, the times of all since then, s, NaN where there is none, and a note.
 
     Numbers in `unit`, stamps, or durations such as `0.5 sec` or `00:01:02.5`; the note names the `RULES` that
-    applied.
+    applied. `present` says which of these samples the fullest signal has.
     """
     values = np.asarray(pd.Series(clock.values).infer_objects())
     if values.dtype.kind in "OUS":
@@ -139,7 +144,11 @@ def seconds(path: Path, clock: Channel, unit: str) -> tuple[int, np.ndarray, str
         of_clock = clock._replace(values=values)
         values = values.astype(np.int64) if values.dtype.kind in "iu" else numbers(path, of_clock, "t")
         absent = np.isnan(values)
-    ticks, notes = Ticks(values[~absent], unit_name(plain_unit(unit), TIMES) or unit), [clock.note]
+    whole = present is None or len(present) != len(values)
+    own = values[~absent if whole else ~absent & present]
+    repeated = float(np.mean(np.diff(own) == 0)) if len(own) > 1 else 0.0
+    ticks = Ticks(values[~absent], unit_name(plain_unit(unit), TIMES) or unit, repeated)
+    notes = [clock.note]
     for rule in RULES if len(ticks.values) > 2 else ():
         if changed := rule(ticks):
             ticks, note = changed

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
@@ -218,8 +219,17 @@ def _guessed(
         by_name += timed if quantity == "t" and len(timed) == 1 else []
         names |= {name: quantity for name in by_name[:1]}
     left = [quantity for quantity in QUANTITIES if quantity in {*missing} - {*names.values()}]
-    names |= dict(zip((name for name in free if name not in names), left, strict=False))
+    by_order = [c.name for c in channels if c.name in free and c.name not in names and _is_signal(c)]
+    names |= dict(zip(by_order, left, strict=False))
     return {quantity: Column(column=name, unit=_unit(name, free[name])) for name, quantity in names.items()}
+
+
+def _is_signal(channel: Channel) -> bool:
+    """Whether a channel has numbers that change, and not those of samples."""
+    if channel.values.dtype.kind not in "iuf":
+        return False
+    steps = np.diff(channel.values)
+    return bool(np.isfinite(steps).any() and np.any(steps != steps[0]))
 
 
 def _unit(name: str, unit: str) -> str:

@@ -112,16 +112,20 @@ def read_series(
         absent = [f"{columns[name].column!r} for {name}" if name in columns else name for name in missing]
         remedy = missing_columns(channels, known, missing, instead)
         raise InputError(f"{path}: no column {printable(', '.join(absent), 200)}: {remedy}")
-    found = dict[str, Series]()
+    found, fullest = dict[str, Series](), dict[str, np.ndarray]()
+    clock_of = {q: channel.clock or clocks[columns["t"].column] for q, channel in used.items()}
     for quantity, channel in used.items():
-        clock = channel.clock or clocks[columns["t"].column]
+        present, name = np.isfinite(numbers(path, channel, quantity)), clock_of[quantity].name
+        fullest[name] = max(fullest.get(name, present), present, key=np.sum)
+    for quantity, channel in used.items():
+        clock = clock_of[quantity]
         if quantity in OPTIONAL and np.isnan(numbers(path, channel, quantity)).all():
             continue
         hint = "" if columns[quantity].unit else proposal(known)
         read = columns[quantity].reading(path, quantity, around, hint)
         t_unit = clock_unit(clock, columns)
         try:
-            found[quantity] = series(path, channel, quantity, clock, t_unit, read)
+            found[quantity] = series(path, channel, quantity, clock, t_unit, read, fullest[clock.name])
         except NoUnitError as error:
             raise InputError(f"{error}{proposal(known)}") from None
     start = min((signal.start for signal in found.values()), default=0)

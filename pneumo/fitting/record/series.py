@@ -46,9 +46,20 @@ class Series(NamedTuple):
         return "held" if self.held else "interpolated"
 
 
-def series(path: Path, channel: Channel, quantity: str, clock: Channel, t_unit: str, read: Reading) -> Series:
-    """Numbers of a channel at their times. `InputError` if one has no time, or time does not increase."""
-    start, t, note = seconds(path, clock, t_unit)
+def series(
+    path: Path,
+    channel: Channel,
+    quantity: str,
+    clock: Channel,
+    t_unit: str,
+    read: Reading,
+    present: np.ndarray,
+) -> Series:
+    """Numbers of a channel at their times. `InputError` if one has no time, or time does not increase.
+
+    `present` says which samples of its clock the fullest signal has.
+    """
+    start, t, note = seconds(path, clock, t_unit, present)
     values = numbers(path, channel, quantity)
     if len(values) != len(t):
         name = printable(channel.name, 30)

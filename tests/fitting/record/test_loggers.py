@@ -196,6 +196,16 @@ def test_a_matlab_file_has_its_names_and_its_step(tmp_path, kind):
     test_formats.same(found, written.truth())
 
 
+def test_rows_that_share_a_stamp_by_channel_are_not_spread(tmp_path):
+    """Each row has the samples of one topic; a command is logged where it changes."""
+    lines = []
+    for k, at in enumerate(MICRO):
+        lines += [f"{at},{u[k] if k % 50 == 0 else ''},{x[k]},,", f"{at},,,{P_A[k]},{P_B[k]}"]
+    found = test_formats.read(tmp_path, "a.csv", COUNTER + "\n".join(lines) + "\n")
+    test_formats.same(found, written.truth() | {"u": found.u})
+    assert not any("uniform" in note for note in found.notes)
+
+
 def test_what_simulate_writes_is_read(tmp_path):
     run = simulate(written.plant(), written.PERIOD, command=u)
     run.to_xarray().to_netcdf(tmp_path / "run.nc")
