@@ -23,6 +23,7 @@ DERANDOMISED = Settings(
     max_examples=20,
     database=None,
     deadline=None,
+    phases=(Phase.explicit, Phase.generate, Phase.shrink),  # what explains a failure takes ten seconds
     report_multiple_bugs=False,
     suppress_health_check=[HealthCheck.too_slow],
 )
