@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 
 import pytest
 from checkout import ROOT
@@ -67,3 +68,11 @@ def test_zigs_compiler_is_required_only_where_none_is_found(tmp_path):
     assert required(PATH=str(tmp_path), CC="mycc") == ""
     compiler.write_text("#!/bin/sh\nexit 0\n")
     assert required(PATH=str(tmp_path)) == ""
+
+
+def test_the_environment_has_what_paper_verdict_needs():
+    """It is installed from its folder without its dependencies: the lock of pneumo has them."""
+    needs = tomllib.loads((ROOT / "paper-verdict/pyproject.toml").read_text(encoding="utf-8"))["project"]
+    lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    for requirement in needs["dependencies"]:
+        assert f"\n{requirement.partition('>=')[0]}==" in lock, requirement

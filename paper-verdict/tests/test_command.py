@@ -60,6 +60,13 @@ def test_exit_code_1_where_something_that_agreed_no_longer_does(toy, capsys):
     assert main(["check", str(toy), "--strict"]) == 1
 
 
+def test_a_record_of_statuses_alone_is_enough(toy, capsys):
+    (toy / "statuses.csv").write_text('fact,status\ntable,"agrees"\ntext,"agrees"\n')
+    assert main(["check", str(toy), "--strict"]) == 0
+    spoil(toy, "reproduced/table1.csv", "99.97", "9.997")
+    assert main(["check", str(toy)]) == 1
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

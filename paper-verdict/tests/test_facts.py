@@ -33,6 +33,7 @@ def erratum(**keys) -> Erratum:
 ERRATA = {
     "row": erratum(passes=True, evidence="proof"),
     "odd": erratum(passes=True, evidence="argument", items=["a"]),
+    "number": erratum(passes=True, evidence="of another item", values={"a.y": "1"}),
     "wrong": erratum(passes=False, evidence="no proof"),
 }
 
@@ -70,6 +71,7 @@ def one(of: Fact, *items: dict, chi_square: float | None = None) -> dict:
         ),
         (fact(erratum="row"), [item(OFF)], None, "misprint", ["misprint"]),
         (fact(erratum="wrong"), [item(OFF)], None, "differs, unexplained", ["differs, unexplained"]),
+        (fact(erratum="number"), [item(OFF)], None, "differs, unexplained", ["differs, unexplained"]),
         (
             fact(erratum="odd"),
             [item(OFF)],

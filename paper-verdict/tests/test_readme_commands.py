@@ -6,10 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 COMMAND = f'paper-verdict() {{ "{sys.executable}" -m paper_verdict "$@"; }}'
 
 
+@pytest.mark.skipif(os.name == "nt", reason="README's commands are those of a POSIX shell")
 def test_commands_do_what_readme_says(tmp_path):
     blocks = re.findall(r"```sh\n(.*?)```", README, re.S)
     script = "\n".join(["set -e", COMMAND, *(block for block in blocks if "pip install" not in block)])

@@ -118,3 +118,15 @@ def test_a_suspected_misprint_is_shown_beside_its_items_and_changes_nothing(toy)
     assert judged["items"][0]["status"] == "agrees"
     text = page(judged)
     assert "998.2 in fact" in text and 'href="#erratum-salty"' in text
+
+
+def test_an_erratum_whose_proof_fails_or_that_means_another_number_explains_nothing(toy):
+    def status(**changes):
+        judged = verdict(toy._replace(**changes))
+        return next(item["status"] for item in judged["items"] if item["id"] == "T1.water.boils")
+
+    assert status() == "misprint"
+    assert status(proofs={"boils": lambda: (False, "it does boil at 101")}) == "differs, unexplained"
+    errata = toy.folder / "errata.yaml"
+    errata.write_text(errata.read_text(encoding="utf-8").replace('boils: "100"', 'boils: "102"'))
+    assert status() == "differs, unexplained"

@@ -157,8 +157,9 @@ def _settled(judged: Sequence[Item], exceeded: float | None, erratum: Erratum | 
         if exceeded >= SIGNIFICANT if exceeded is not None else few:
             item["status"] = SCATTER
         elif erratum is not None and erratum.is_proof:
-            item["status"] = MISPRINT
-            item["reason"] = f"erratum {erratum.id}: {erratum.meant}"
+            if not erratum.values:  # else it is about the items to which it gives a number
+                item["status"] = MISPRINT
+                item["reason"] = f"erratum {erratum.id}: {erratum.meant}"
         elif cause:
             item["status"] = EXPLAINED
             item["reason"] = cause

@@ -260,7 +260,11 @@ class Judge:
         return claim.model_copy(update={"printed": erratum.values[claim.id]})
 
     def _proved(self, claim: Claim) -> Erratum | None:
+        """The proved erratum of a claim, or of its fact if that gives a meant number for the claim."""
+        of_fact = self.errata.get(self.claims.facts[claim.fact].erratum or "")
         erratum = self.errata[claim.erratum] if claim.erratum else None
+        if erratum is None and of_fact is not None and claim.id in of_fact.values:
+            erratum = of_fact
         return erratum if erratum and erratum.passes and erratum.is_proof else None
 
     def facts(self, items: Sequence[Item], names: Sequence[str] | None = None) -> list[dict[str, Any]]:

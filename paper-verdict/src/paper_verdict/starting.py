@@ -80,7 +80,7 @@ ERRATA = """\
 #     meant: "100"
 #     values: {T1.water.boils: "100"}
 #     proof: boiling
-# with errata: {T1.water.boils: boiling} in the table's rule of claims.yaml.
+# with erratum: boiling in the entry of facts.yaml.
 """
 ASSUMPTIONS = """\
 # What the paper leaves open, and what you took. A fact for whose sake it was chosen names it under chosen.
