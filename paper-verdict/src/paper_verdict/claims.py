@@ -181,9 +181,8 @@ def read_claims(folder: Path) -> Claims:
         for name, tolerance in classes.items():
             if tolerance.seeds is not None:
                 raise PaperError(
-                    f"{file}: classes.{name}.seeds: there are no deviations over seeds; give"
-                    " repeats, a pattern"
-                    " of folders of results with other seeds, or seed_deviations.csv"
+                    f"{file}: classes.{name}.seeds: there are no deviations over seeds; give repeats,"
+                    " a pattern of folders of results with other seeds, or seed_deviations.csv"
                 )
     return Claims(file, classes, items, facts, curves, repeats)
 
@@ -229,9 +228,8 @@ def _check_files(folder: Path, judged: Sequence[str], inputs: Sequence[str], fil
     for name in published:
         if name not in judged and name not in inputs:
             raise PaperError(
-                f"{folder / 'published' / name}.csv: has no rule; add one under tables in"
-                f" {file.name}, or list"
-                f" {name} under inputs"
+                f"{folder / 'published' / name}.csv: has no rule;"
+                f" add one under tables in {file.name}, or list {name} under inputs"
             )
 
 
@@ -288,8 +286,8 @@ def _sigma(cell: Entries, sigmas: Mapping[tuple[str, ...], Entries]) -> float:
     beside = sigmas.get(_identity(cell, of="row"))
     if beside is None:
         raise PaperError(
-            f"{cell.place}: its class is measured in sigma; add a column sigma to the file, or a"
-            " cell sigma to the row"
+            f"{cell.place}: its class is measured in sigma;"
+            " add a column sigma to the file, or a cell sigma to the row"
         )
     check_number(beside["printed"], f"{beside.place}: printed", numbers_only=True)
     return float(beside["printed"]) * float(beside.get("scale") or 1)

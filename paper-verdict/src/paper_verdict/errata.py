@@ -88,9 +88,8 @@ def _outcome(erratum: Erratum, proof: Proof, results: Any, place: str) -> tuple[
             return bool(passes), evidence
         case _:
             raise PaperError(
-                f"{place}: proof {erratum.proof}: returned {outcome!r:.80}; return whether the print"
-                " is wrong,"
-                " and its evidence as a text"
+                f"{place}: proof {erratum.proof}: returned {repr(outcome)[:60]};"
+                " return whether the print is wrong, and its evidence as a text"
             )
 
 

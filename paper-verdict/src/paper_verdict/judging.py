@@ -105,8 +105,7 @@ class Judge:
                 if own != name and self.claims.facts[self.claims.items[item].fact].erratum != name:
                     raise PaperError(
                         f"{self.paper.folder / 'errata.yaml'}: {name}.values: {item}: does not name this"
-                        f" erratum; add {item}: {name} to errata of its table, or erratum: {name} to the"
-                        " claim"
+                        f" erratum; add erratum: {name} to its fact or claim, or to errata of its table"
                     )
 
     def finding(self, claim: Claim, source: str) -> Finding:
@@ -155,9 +154,8 @@ class Judge:
         folders = sorted(each for each in self.results.glob(pattern) if each.is_dir()) if pattern else []
         if pattern and len(folders) < FEWEST_REPEATS:
             raise PaperError(
-                f"{self.claims.file}: repeats = {pattern!r}: {len(folders)} folders of"
-                f" {self.results} match; a deviation"
-                f" over seeds needs {FEWEST_REPEATS}"
+                f"{self.claims.file}: repeats = {pattern!r}: {len(folders)} folders of {self.results}"
+                f" match; a deviation over seeds needs {FEWEST_REPEATS}"
             )
         return [_OfSeed(self, folder) for folder in folders]
 

@@ -336,10 +336,9 @@ def _facts(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
     yield '<section aria-labelledby="facts"><h2 id="facts">Facts, worst first</h2>'
     tolerances = f" Tolerances: {marked(about['tolerances'])}." if about["tolerances"] else ""
     yield (
-        "<p>A fact is one thing that the paper says, however many numbers say it; it is as good as"
-        " its worst number."
-        f"{tolerances} A seed deviation is the standard deviation over other random numbers. Free"
-        " choices are values of"
+        "<p>A fact is one thing that the paper says, however many numbers say it;"
+        f" it is as good as its worst number.{tolerances}"
+        " A seed deviation is the standard deviation over other random numbers. Free choices are values of"
         ' <a href="#assumptions">assumptions</a> that were chosen with the paper\'s numbers in view.</p>'
     )
     failed = [

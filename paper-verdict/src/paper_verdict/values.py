@@ -79,9 +79,8 @@ class Values:
             values, own_unit = self._read(cell)
             if own_unit and unit and own_unit != unit and cell.factor == 1:
                 raise PaperError(
-                    f"{self.folder / cell.file}: {cell.variable} is in {own_unit}, the print in"
-                    f" {unit}; give factor, or"
-                    " correct the unit"
+                    f"{self.folder / cell.file}: {cell.variable} is in {own_unit}, the print in {unit};"
+                    " give factor, or correct the unit"
                 )
             return _reduced(values, cell, self.folder / cell.file) * cell.factor
         except _Missing as error:
