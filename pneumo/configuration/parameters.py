@@ -143,6 +143,8 @@ class Accuracy(NamedTuple):
     T_in: float = 3.0  # K
     P_atm: float = 0.02
     P_gain: float = 1e-3  # of each pressure sensor
+    offset_A: float = 2e3  # Pa, of the sensor of P_A
+    offset_B: float = 2e3  # Pa
 
 
 def accuracy(
@@ -173,8 +175,11 @@ def accuracy(
         "T_in": supply.uncertainty("T_in_K"),
         "P_atm": supply.uncertainty("P_atm_Pa", relative=True),
         "P_gain": sensors and sensors.P_gain_percent,
+        "offset_A": sensors and sensors.P_offset_kPa,
+        "offset_B": sensors and sensors.P_offset_kPa,
     }
     in_SI = {"stroke": 1e-3, "x_zero": 1e-3, "x_scale": 1e-2, "P_gain": 1e-2}  # others are
+    in_SI |= {"offset_A": 1e3, "offset_B": 1e3}
     return known._replace(
         **{name: value * in_SI.get(name, 1.0) for name, value in given.items() if value is not None}
     )

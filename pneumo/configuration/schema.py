@@ -427,13 +427,14 @@ class ExperimentSection(Section):
 class SensorsSection(Section):
     """How accurately the sensors of a record are known: half-widths of 95 % intervals, for `pneumo fit`.
 
-    They cannot be fitted, and widen the intervals of all estimates. By default the zero of x is known within
-    0.5 mm where stops or configured dead volumes show it, else within 5 mm.
+    Offsets are fitted within theirs; the others cannot be fitted, and widen all intervals. By default the
+    zero of x is known within 0.5 mm where stops or configured dead volumes show it, else within 5 mm.
     """
 
     x_zero_mm: Number | None = key_of("of the position's zero", None, gt=0, le=1000)
     x_scale_percent: Percent = key_of("of the position's scale", 0.1)
     P_gain_percent: Percent = key_of("of the gain of each pressure sensor", 0.1)
+    P_offset_kPa: Number = key_of("of the offset of the sensors of P_A and P_B", 2.0, gt=0, le=100)
 
 
 class RunSection(Section):

@@ -1,19 +1,17 @@
-"""First-order effects of quantities that are configured and not fitted, and of offsets of the sensors.
+"""First-order effects of quantities that are configured and not fitted.
 
 A bore or a zero of the position that is off by its stated accuracy changes the replay or the measured
-signals, and so the minimum of the sum of squares. An offset of a pressure sensor moves k_0 and the dead
-volumes and leaves hardly a residual. Both follow from the residual and the derivatives at the optimum.
+signals, and so the minimum of the sum of squares: by the residual and the derivatives at the optimum.
 """
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from pneumo.configuration.parameters import Accuracy
 from pneumo.fitting.fit_problem import LIMITS, Problem, replayed_pressures
 from pneumo.fitting.fitted_parameters import CONFIGURED, SHIFTING, UNFITTED
-from pneumo.fitting.least_squares import Solution, inverse_curvature, residual_scatter
+from pneumo.fitting.least_squares import Solution, inverse_curvature
 
 
 def changed(problem: Problem, known: Accuracy) -> tuple[Problem, ...]:
@@ -76,33 +74,3 @@ def configured_shifts(
     # A parameter that the record does not determine gets no limit from what is configured.
     low, high = problem.bounds()
     return np.clip(result, low - high, high - low), misfit
-
-
-class SensorOffset(NamedTuple):
-    """Offset of the sensor of one chamber, Pa."""
-
-    value: float
-    deviation: float  # standard deviation of it by noise, remainder and what is configured
-    shifts: np.ndarray  # of the parameters, on the scale of the search, if it were fitted too
-
-
-def sensor_offsets(problem: Problem, best: Solution, changes: np.ndarray) -> dict[str, SensorOffset]:
-    """Offsets by the name of their cause, each as if it alone were fitted too; fitted ones are left out.
-
-    `changes`, from `changes_of`, are those of the residual if a configured quantity is off, in units of P_s.
-    """
-    J, P_s, result = best.jacobian, problem.plant.conditions.P_s, dict[str, SensorOffset]()
-    for side, name in enumerate(("offset_A", "offset_B")):
-        if name in problem.also:
-            continue
-        column = np.zeros(J.shape[:2])
-        column[side] = 1.0
-        moves = inverse_curvature(best) @ np.tensordot(column, J, 2)
-        left = column - J @ moves  # what the parameters do not take up
-        curvature = float(np.sum(left * column))
-        value = float(np.sum(left * best.residual)) / curvature
-        scatter = float(residual_scatter(best._replace(jacobian=left[..., None]))[0, 0])
-        configured = np.sum(changes * left, axis=(1, 2)) / LIMITS
-        deviation = float(np.sqrt(max(scatter, 0.0) + configured @ configured)) / curvature
-        result[name] = SensorOffset(P_s * value, P_s * deviation, -value * moves)
-    return result

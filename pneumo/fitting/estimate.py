@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import Accuracy
-from pneumo.fitting.configured_quantities import changes_of, configured_shifts, sensor_offsets
+from pneumo.fitting.configured_quantities import changes_of, configured_shifts
 from pneumo.fitting.fit_problem import LIMITS, Problem, fit, replayed_pressures, settled
 from pneumo.fitting.fit_result import Estimate, rms_of_chambers
 from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, REPORTED, STARTS, start_name
@@ -109,7 +109,6 @@ def estimate(
         of_configuration=plant.conditions.P_s * misfit,
         at_bound=problem.at_bound(problem.inner(values)),
         held=tuple(held),
-        offsets=sensor_offsets(problem, best, changes) if model.name == FULL_ORDER else {},
         wall=wall,
         k_0_by_law={law: problem.values(found.theta).get("k_0", 0.0) for law, found in by_law.items()},
     )
@@ -186,7 +185,7 @@ def best_start(problem: Problem) -> Solution:
     if not any(residual.far_from_noise for residual in residuals(problem, first.theta)):
         return settled(problem, first)
     tried = [first]
-    for name in problem.priors:
+    for name in (name for name in problem.priors if PARAMETERS[name].key):  # not offsets of sensors
         alone = replace(problem, priors={}, also=(*problem.also, name))
         trial = alone.values(fit(alone, tolerance=1e-3, most=ALONE_STEPS).theta)
         guess = problem.values(problem.guess())

@@ -42,7 +42,8 @@ ON_BOUND = 0.01  # of the distance between the bounds
 SUPPLY_LINE = 0.05  # s, time constant of the volume behind a supply that sags
 LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
 # Parameters that all sets of one replay have in common.
-SHARED = tuple(name for name in (*VALVE, *ALSO) if name not in ("T_in", "exhaust"))
+OWN = ("T_in", "exhaust", "offset_A", "offset_B")
+SHARED = tuple(name for name in (*VALVE, *ALSO) if name not in OWN)
 LEAKS = {"piston_leak", "valve_leak"}
 # The full-order chambers, as a row of the table of models; their temperature is a state.
 FULL = Model(
@@ -74,7 +75,8 @@ def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -
     for name in CONFIGURED:
         if (name == "b" and not plant.gas.elliptic) or (name == "P_s" and signals.P_s is not None):
             continue
-        configured = attrgetter(str(PARAMETERS[name].search.start))(plant)
+        start = PARAMETERS[name].search.start
+        configured = attrgetter(start)(plant) if isinstance(start, str) else start
         deviation = getattr(known, name) / LIMITS
         if deviation == 0:  # known exactly
             continue

@@ -59,7 +59,6 @@ class Estimate(NamedTuple):
     )
     at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
     held: tuple[str, ...] = ()  # parameters that the record leaves open: as configured, the others fitted so
-    offsets: Mapping[str, Any] = MappingProxyType({})  # `SensorOffset`, by the cause's name
     wall: Wall = "lambda A_q"  # law of the wall
     k_0_by_law: Mapping[Wall, float] = MappingProxyType({})  # W/K, of each law that fits about as well
 
@@ -137,7 +136,7 @@ class FitResult:
         """
         reduced = [name for name in self.models if name != FULL_ORDER]
         inside = [name for name in reduced if not self.on_bound(name)]
-        return (inside or reduced)[0]
+        return (inside or reduced or self.models)[0]
 
     def on_bound(self, model: str) -> bool:
         """Whether a parameter of a model is on a bound of the search."""

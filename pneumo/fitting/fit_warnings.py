@@ -67,7 +67,6 @@ def fit_warnings(
     if not cause:
         # Where residuals remain, b, exhaust, P_s and T_in make up for what is wrong elsewhere.
         cause = [] if unexplained else configured_warnings(problem, estimate)
-        cause += [] if odd and unexplained else offset_warnings(problem, estimate)
     if not cause:
         symptoms = [FitWarning(f"{s}; {circuit_text(problem, estimate)}", *s.parameters) for s in symptoms]
     return [*symptoms, *(cause or of_parameters)]
@@ -105,28 +104,6 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
             depend = [other for other, r in related.items() if abs(r * off) > half and other not in STARTS]
             result.append(FitWarning(text, *dict.fromkeys((name, *depend))))
     return result
-
-
-def offset_warnings(problem: Problem, estimate: Estimate) -> list[str]:
-    """Warning of a pressure sensor's offset, not fitted, that would move a parameter out of its interval.
-
-    Offsets that the record shows with about the same certainty are named together.
-    """
-    sure: dict[str, float] = {}
-    for name, (value, deviation, shifts) in estimate.offsets.items():
-        moved = dict(zip(estimate.expected, np.abs(shifts).tolist(), strict=True))
-        if moves(moved, estimate.expected) and abs(value) > OUTSIDE * deviation:
-            sure[name] = abs(value) / deviation
-    tied = [name for name in sure if TIED * sure[name] >= max(sure.values())]
-    texts = [f"{explanation(name, estimate.offsets[name].value)} (--also {name} fits it)" for name in tied]
-    change = "would move parameters out of their intervals and leave less of the residual"
-    here = problem.inner(estimate.values)
-    concerned = [
-        other
-        for name in tied
-        for other in moved_out(problem, estimate, problem.named(here + estimate.offsets[name].shifts))
-    ]
-    return [FitWarning(_either(texts, change), *dict.fromkeys(concerned))] if texts else []
 
 
 def moves(shifts: Mapping[str, float], expected: Mapping[str, float], factor: float = 1.0) -> bool:

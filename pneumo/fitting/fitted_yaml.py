@@ -168,6 +168,8 @@ def _put_values(
             dynamics.pop(key, None)
         elif (target := sections.get(path)) is not None:
             target[key] = _rounded(interval.value)
+        elif name in ("offset_A", "offset_B"):
+            notes[-1] += ", of the record's sensor"
         elif path != "experiments" and not (name in CURVE and "valve" in section):
             without.append(QUANTITIES[name].heading)
     if dynamics:
