@@ -16,7 +16,7 @@ ffi.set_source(
     "pneumo.core._core",
     '#include "maths.h"',
     sources=[f"pneumo/core/{name}.c" for name in SOURCES],
-    depends=[f"pneumo/core/{name}.h" for name in ("core", "maths", "rates", "lanes")],
+    depends=[f"pneumo/core/{name}.h" for name in ("core", "maths", "rates", "open_port", "lanes")],
     include_dirs=["pneumo/core"],
     extra_compile_args=FLAGS,
 )

@@ -3,14 +3,11 @@
    infinite, is implicit. A weight leads from one to the other, since a fit needs pressures that are smooth functions
    of the parameters. Docstrings in pneumo.simulation.fitted_pressures. */
 #include "lanes.h"
+#include "open_port.h"
 
 enum { KUTTA_STAGES = 3 };
 static const double A_3[3][2] = {{0}, {1.0 / 2}, {-1, 2}};
 static const double B_3[3] = {1.0 / 6, 2.0 / 3, 1.0 / 6};
-/* An explicit step that comes nearer to the open port's pressure than a quarter of (h K)^2 is inaccurate and soon
-   unstable, which below NEAR, over P_0, is negligible. */
-#define NEAR 1e-8
-#define GAMMA (1 - 0.70710678118654752) /* of the implicit method, L-stable and of second order */
 #define EQUAL 1e-9 /* relative difference of pressures whose logarithmic mean is either */
 
 /* Motions of all sets, (motion, step, stage, 2), and how many lanes each has. */
@@ -44,12 +41,6 @@ INLINE double write_geometry(const Motions *m, int64_t step, int stage, int side
 }
 
 INLINE double smooth_step(double x) { return x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x); }
-
-/* Solution d of d + hK sign(d) sqrt(|d|) = rest. */
-INLINE double balanced(double rest, double hK) {
-    double y = (sqrt(hK * hK + 4 * fabs(rest)) - hK) / 2;
-    return rest > 0 ? y * y : -(y * y);
-}
 
 /* Repeat a step by an implicit Runge-Kutta method of two stages for lanes with a `weight` of it. Near the port's
    pressure the flow's term in dp/dt is K sign(d) sqrt(|d|) with d = p_port - p, and the other terms, b, hardly change:

@@ -1,7 +1,7 @@
 /* Runs of the full order, and what each Runge-Kutta stage of a replay reads of their signals. */
 #include <float.h>
 
-#include "rates.h"
+#include "open_port.h"
 
 double LOG_TABLE[STEPS + 2][2], EXP_TABLE[STEPS];
 
@@ -70,6 +70,57 @@ static double relative_error(const Driven *driven, double h, const double *y, do
     return largest;
 }
 
+/* Advance y across or near an open port's pressure; the piston moves with constant acceleration, and the stages'
+   positions and velocities go into Y. Return the largest estimated error, as `relative_error` does. */
+static double step_near_port(double *y, const Driven *driven, double h, double *Y) {
+    const Plant *plant = driven->plant;
+    const Cylinder *c = &plant->cylinder;
+    const double x = y[0], v = y[1], u_max = plant->valve.u_max;
+    double dx, dv, dv_end, largest = 0;
+    motion(x, v, acceleration(v, y[2], y[4], driven->force, c), c, &dx, &dv);
+    const double x_free = x + h * (dx + h / 2 * dv), x_end = larger(c->x_min, smaller(x_free, c->x_max));
+    const double speed = (x_end - x) / h, bend = 2 * (speed - dx) / h;
+    for (int i = 0; i <= STAGES; i++) {
+        Y[6 * i] = x + h * C[i] * (dx + h * C[i] / 2 * bend);
+        Y[6 * i + 1] = dx + h * C[i] * bend;
+    }
+    const double u_first = limited(command(driven->reference, x + GAMMA * h * speed, driven->drive), u_max);
+    const double u_end = limited(command(driven->reference, x_end, driven->drive), u_max);
+    for (int side = 0; side < 2; side++) {
+        const double sign = sign_of(side);
+        const double first = side ? own_command_of_B(u_first, driven->u_B, u_max) : u_first;
+        const double end = side ? own_command_of_B(u_end, driven->u_B, u_max) : u_end;
+        const Filling filling = {end, sign * x, sign * speed, h, chamber_of(c, side), plant};
+        largest = larger(largest, implicit_step(y + 2 + 2 * side, &filling, first));
+    }
+    motion(x_end, v + h * dv, acceleration(v + h * dv, y[2], y[4], driven->force, c), c, &dx, &dv_end);
+    y[0] = x_end;
+    y[1] = v + h / 2 * (dv + dv_end);
+    stopped(y, y + 1, v, c);
+    return larger(largest, larger(fabs(x_free - x_end), h * h / 6 * fabs(dv_end - dv)) / c->stroke);
+}
+
+/* Advance y by one step whose estimated error goes into `largest`. Return whether it came near an open port's pressure:
+   such a step is implicit. */
+static bool checked_step(double *y, const Driven *driven, double h, double *Y, double *K, double *largest) {
+    const Plant *plant = driven->plant;
+    double before[6];
+    memcpy(before, y, sizeof before);
+    full_order_step(y, driven, h, Y, K);
+    const double u = limited(command(driven->reference, before[0], driven->drive), plant->valve.u_max);
+    for (int side = 0; side < 2; side++) {
+        const double own = side ? own_command_of_B(u, driven->u_B, plant->valve.u_max) : u, x = sign_of(side) * before[0];
+        const double *now = before + 2 + 2 * side, *later = Y + 6 + 2 + 2 * side;
+        if (!near_port(own, x, now[0], now[1], later, STAGES, 6, h, chamber_of(&plant->cylinder, side), plant)) continue;
+        memcpy(y, before, sizeof before);
+        *largest = step_near_port(y, driven, h, Y);
+        return true;
+    }
+    *largest = relative_error(driven, h, Y + 36, K);
+    for (int side = 0; side < 2; side++) put_back(y + 2 + 2 * side, Y[36], chamber_of(&plant->cylinder, side), plant);
+    return false;
+}
+
 /* Reverse the open-loop command where the piston is beyond x_reverse and would be driven further. */
 static double reversed_at(double x, double reference, double *sign, const Drive *drive) {
     if (drive->closed_loop || (drive->each_stage && !drive->toggles)) return reference;
@@ -92,11 +143,15 @@ void run(const double *y_0, double *reference, const double *u_B, int64_t steps,
         const Driven driven = {reference[k], force, drive, plant, u_B ? u_B + k : NULL};
         for (int n = 0;; n++) {
             int parts = 1 << n;
-            double largest = 0;
+            double largest = 0, error;
             memcpy(after, before, 6 * sizeof *after);
             for (int part = 0; part < parts; part++) {
-                full_order_step(after, &driven, h / parts, Y, K);
-                if (most_halvings > 0) largest = larger(relative_error(&driven, h / parts, Y + 36, K), largest);
+                if (most_halvings == 0) {
+                    full_order_step(after, &driven, h / parts, Y, K);
+                    continue;
+                }
+                checked_step(after, &driven, h / parts, Y, K, &error);
+                largest = larger(error, largest);
             }
             halvings[k] = (int8_t)n;
             if (largest <= STEP_TOLERANCE || n >= most_halvings) break;
@@ -150,22 +205,25 @@ static double held_at(const double *series, int64_t width, int64_t sample, doubl
 }
 
 /* Limited u of chamber A, x, v and own u of chamber B at the six stages of a part of step k, and at its end. The parts of a step must be asked for in
-   order: with exact sampling the full order is integrated again, and y keeps its states. */
-void stage_inputs(const Recording *r, const Sampling *sampling, int64_t k, int part, int parts, double *y,
+   order: with exact sampling the full order is integrated again, and y keeps its states. Return whether the full order
+   came near an open port's pressure in it. */
+bool stage_inputs(const Recording *r, const Sampling *sampling, int64_t k, int part, int parts, double *y,
                   double inputs[7][4]) {
     double u_max = r->plant.valve.u_max;
     if (sampling->exact) {
-        double Y[42], K[42];
+        double Y[42], K[42], error;
+        bool near = false;
         const Driven driven = {r->reference[k], 0, &r->drive, &r->plant, r->u_B ? r->u_B + k : NULL};
         if (part == 0) memcpy(y, r->states + 6 * k, 6 * sizeof *y);
-        full_order_step(y, &driven, r->h / parts, Y, K);
+        if (r->most_halvings > 0) near = checked_step(y, &driven, r->h / parts, Y, K, &error);
+        else full_order_step(y, &driven, r->h / parts, Y, K);
         for (int i = 0; i <= STAGES; i++) {
             inputs[i][0] = limited(command(driven.reference, Y[6 * i], &r->drive), u_max);
             inputs[i][1] = Y[6 * i];
             inputs[i][2] = Y[6 * i + 1];
             inputs[i][3] = own_command_of_B(inputs[i][0], driven.u_B, u_max);
         }
-        return;
+        return near;
     }
     const double *series[4] = {r->u, r->states, r->states + 1, r->u_B};
     const int64_t width[4] = {1, 6, 6, 1}, every = sampling->every, last = r->steps / every;
@@ -181,4 +239,5 @@ void stage_inputs(const Recording *r, const Sampling *sampling, int64_t k, int p
         inputs[i][0] = limited(inputs[i][0], u_max);
         inputs[i][3] = own_command_of_B(inputs[i][0], r->u_B ? &inputs[i][3] : NULL, u_max);
     }
+    return false;
 }

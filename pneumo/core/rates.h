@@ -228,7 +228,7 @@ INLINE void embedded_error(Rates rates, const void *context, const double *y_nex
 
 /* full_order.c */
 typedef struct { double reference, force; const Drive *drive; const Plant *plant; const double *u_B; } Driven;
-void stage_inputs(const Recording *recording, const Sampling *sampling, int64_t k, int part, int parts, double *y,
+bool stage_inputs(const Recording *recording, const Sampling *sampling, int64_t k, int part, int parts, double *y,
                   double inputs[7][4]);
 double replay_tolerance(const Sampling *sampling);
 #endif

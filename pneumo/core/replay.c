@@ -1,6 +1,7 @@
 /* Replays of reduced models on a recorded run: many lanes at once, or one after another where a lane's equations or
    pressures are beyond the polynomials of lanes.h. */
 #include "lanes.h"
+#include "open_port.h"
 
 /* Add a term to every lane's sum, with Kahan's compensation of rounding errors. */
 INLINE void add(double sums[2][ROW], int64_t i, double term) {
@@ -156,11 +157,13 @@ CLONES void replay_lanes(const Recording *r, const Sampling *sampling, int64_t f
     else replay_steps(r, sampling, first, end, W, &k, 18, pressure);
 }
 
+/* One chamber of a lane on the inputs of a step; `exact` inputs are those of a run, which came near an open port or not. */
 typedef struct {
     double (*inputs)[4], sign;
     Chamber chamber;
     const Plant *plant;
     const Lane *lane;
+    bool checked, exact, held, near_port;
 } Replayed;
 
 INLINE void lane_rates(const double *y, int stage, const void *context, double *dy) {
@@ -171,25 +174,47 @@ INLINE void lane_rates(const double *y, int stage, const void *context, double *
 
 INLINE bool possible(const double *y, const Lane *lane) { return y[0] > 0 && (lane->full == 0 || y[1] > 0); }
 
+/* Whether a step of the full order through the states Y is implicit, as in a run. */
+static bool is_near_port(const Replayed *c, const double *Y, double h) {
+    if (!c->checked || c->held || c->lane->full == 0) return false;
+    const double u = c->inputs[0][c->chamber.side ? 3 : 0], x = c->sign * c->inputs[0][1];
+    return c->near_port || near_port(u, x, Y[0], Y[1], Y + 2, STAGES, 2, h, c->chamber, c->plant);
+}
+
+static double lane_step_near_port(double *y, const Replayed *c, double h) {
+    const int of_u = c->chamber.side ? 3 : 0;
+    const double x = c->inputs[0][1], speed = (c->inputs[STAGES][1] - x) / h, part = (GAMMA - C[1]) / (C[2] - C[1]);
+    const double u_first = c->inputs[1][of_u] + part * (c->inputs[2][of_u] - c->inputs[1][of_u]);
+    const Filling filling = {c->inputs[STAGES][of_u], c->sign * x, c->sign * speed, h, c->chamber, c->plant};
+    return implicit_step(y, &filling, u_first);
+}
+
 /* Advance y = (P, T) of one chamber; return the largest estimated error over P_0 or T_0, infinite where it failed. */
-static double lane_step(double *y, const Replayed *context, double h, bool estimated) {
-    double Y[12], K[14], error[2];
+static double lane_step(double *y, const Replayed *context, double h) {
+    double Y[14], K[14], error[2], largest;
     const Conditions *c = &context->plant->conditions;
-    dormand_prince(lane_rates, context, y, 2, h, Y, K, y);
+    dormand_prince(lane_rates, context, y, 2, h, Y, K, Y + 12);
+    const bool implicit = is_near_port(context, Y, h);
+    if (implicit) largest = lane_step_near_port(y, context, h);
+    else memcpy(y, Y + 12, 2 * sizeof *y);
     if (!possible(y, context->lane)) {
         y[0] = y[1] = (double)NAN;
         return (double)INFINITY;
     }
-    if (!estimated) return 0;
-    embedded_error(lane_rates, context, y, 2, h, K, error);
-    double largest = fabs(error[0]) / c->P_0;
-    if (context->lane->full != 0) largest = larger(fabs(error[1]) / c->T_0, largest);
+    if (!context->checked) return 0;
+    if (!implicit) {
+        embedded_error(lane_rates, context, y, 2, h, K, error);
+        largest = fabs(error[0]) / c->P_0;
+        if (context->lane->full != 0) {
+            largest = larger(fabs(error[1]) / c->T_0, largest);
+            if (context->exact) put_back(y, context->inputs[STAGES][1], context->chamber, context->plant);
+        }
+    }
     return largest < INFINITY ? largest : (double)INFINITY;
 }
 
-/* Advance one lane over step k from y; `once` are the inputs of a step that is not halved. */
-static void lane_over_step(const Recording *r, const Sampling *sampling, int64_t k, const Replayed *of, double *y,
-                           double once[7][4]) {
+/* Advance one lane over step k from y; `of` has the inputs of a step that is not halved. */
+static void lane_over_step(const Recording *r, const Sampling *sampling, int64_t k, const Replayed *of, double *y) {
     const double before[2] = {y[0], y[1]}, tolerance = replay_tolerance(sampling);
     const int most = r->most_halvings;
     double states[6], inputs[7][4];
@@ -199,9 +224,11 @@ static void lane_over_step(const Recording *r, const Sampling *sampling, int64_t
         double largest = 0;
         memcpy(y, before, sizeof before);
         for (int part = 0; part < parts; part++) {
-            context.inputs = parts == 1 ? once : inputs;
-            if (parts > 1) stage_inputs(r, sampling, k, part, parts, states, inputs);
-            double error = lane_step(y, &context, r->h / parts, most > 0);
+            if (parts > 1) {
+                context.inputs = inputs;
+                context.near_port = stage_inputs(r, sampling, k, part, parts, states, inputs);
+            }
+            double error = lane_step(y, &context, r->h / parts);
             largest = larger(error, largest);
         }
         if (largest <= tolerance || halvings >= most) return;
@@ -221,13 +248,15 @@ void replay_scalar(const Recording *r, const Sampling *sampling, const Lane *lan
         pressure[i * stored] = y[2 * i];
     }
     for (int64_t k = 0; k < r->steps; k++) {
-        if (!sampling->exact || r->halvings[k] == 0) stage_inputs(r, sampling, k, 0, 1, states, once);
+        bool near = false;
+        if (!sampling->exact || r->halvings[k] == 0) near = stage_inputs(r, sampling, k, 0, 1, states, once);
         for (int64_t i = 0; i < 2 * count; i++) {
             const int side = (int)(i % 2);
-            const Replayed context = {once, sign_of(side), chamber_of(&r->plant.cylinder, side), &r->plant, lanes + i / 2};
+            const Replayed context = {once, sign_of(side), chamber_of(&r->plant.cylinder, side), &r->plant, lanes + i / 2,
+                                      r->most_halvings > 0, sampling->exact, sampling->held, near};
             double *now = y + 2 * i;
             if (failure[i] < 0) {
-                lane_over_step(r, sampling, k, &context, now, once);
+                lane_over_step(r, sampling, k, &context, now);
                 if (!possible(now, context.lane)) failure[i] = k + 1;
             }
             double error = r->states[6 * (k + 1) + 2 + 2 * side] - now[0];

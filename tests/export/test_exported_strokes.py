@@ -1,8 +1,4 @@
-"""Strokes from vented chambers to rest at open ports: exported C against Radau on equations of our own.
-
-The independent states are mass and internal energy of each chamber; the piston's release and its stop are
-located by events.
-"""
+"""Strokes from vented chambers to rest at open ports: exported C against Radau on equations of our own."""
 
 from functools import cache
 
@@ -10,7 +6,7 @@ import numpy as np
 import pytest
 from brief import in_brief
 from exported_c import C_COMPILER, CompiledModel
-from scipy.integrate import solve_ivp
+from radau_strokes import radau_stroke
 
 from benchmarks.exported_strokes import (
     AT_REST,
@@ -35,78 +31,6 @@ CORNERS = [(C, V_d, P_s, 1) for C in (0.4, 4.0) for V_d in (4e-6, 30e-6) for P_s
 template = pytest.fixture(cache(template_plant))
 
 
-def reference(plant, sign):
-    """States (x, v, P_A, T_A, P_B, T_B) at every 1 ms of a stroke with the valve fully open."""
-    gas, c, cyl, R, g = plant.gas, plant.conditions, plant.cylinder, plant.gas.R, plant.gas.gamma
-    A_t, sides = plant.valve.k_xu * plant.valve.u_max, ((cyl.A_A, cyl.V_d_A, 1), (cyl.A_B, cyl.V_d_B, -1))
-
-    def flow(P_u, P_d, T_u):
-        above = max((P_d / P_u - gas.critical_ratio) / (1 - gas.critical_ratio), 0.0)
-        return A_t * gas.sonic_coefficient * P_u / T_u**0.5 * max(1 - above**2, 0.0) ** 0.5
-
-    def wetted(x):
-        return np.pi / 2 * cyl.bore**2 + np.pi * cyl.bore * (x + cyl.stroke / 2)
-
-    def gases(y):
-        V = [V_d + A * (cyl.stroke / 2 + way * y[0]) for A, V_d, way in sides]
-        P = [(g - 1) * y[3 + 2 * i] / V[i] for i in (0, 1)]
-        return V, P, [P[i] * V[i] / (R * y[2 + 2 * i]) for i in (0, 1)]
-
-    def force(P):
-        return P[0] * cyl.A_A - P[1] * cyl.A_B + cyl.load
-
-    def rates(t, y, held):
-        _, P, T = gases(y)
-        v = 0.0 if held else y[1]
-        result = [v, 0.0 if held else (force(P) - cyl.k_f * v - cyl.coulomb * sign) / cyl.M]
-        for i, (A, _, way) in enumerate(sides):
-            port = c.P_s if way * sign > 0 else c.P_atm
-            fills = port >= P[i]
-            m = flow(port, P[i], c.T_in) if fills else -flow(P[i], port, T[i])
-            k = plant.k_0 * wetted(way * y[0]) / wetted(0.0) * max(P[i] * T[i] / (c.P_0 * c.T_0), 0) ** 0.5
-            enthalpy = g * R / (g - 1) * m * (c.T_in if fills else T[i])
-            result += [m, enthalpy - P[i] * A * way * v + k * (c.T_amb - T[i])]
-        return result
-
-    def released(t, y, held):
-        return sign * force(gases(y)[1]) - cyl.coulomb
-
-    def met(t, y, held):
-        return cyl.x_max - sign * y[0]
-
-    released.terminal, released.direction, met.terminal, met.direction = True, 1, True, -1
-    x = -sign * cyl.x_max
-    y, t, at = [x, 0.0], 0.0, np.arange(1, round(DURATION / H) + 1) * H
-    for A, V_d, way in sides:
-        V = V_d + A * (cyl.stroke / 2 + way * x)
-        y += [c.P_atm * V / (R * c.T_amb), c.P_atm * V / (g - 1)]
-    atol, rows = [1e-9, 1e-9, 1e-13, 1e-5, 1e-13, 1e-5], list[np.ndarray]()
-    for held, event in ((True, released), (False, met), (True, released)):
-        part = solve_ivp(
-            rates,
-            (t, at[-1]),
-            y,
-            method="Radau",
-            rtol=1e-9,
-            atol=atol,
-            events=event,
-            args=(held,),
-            dense_output=True,
-            max_step=0.02,
-        )
-        rows += [part.sol(time) for time in at if t < time <= part.t[-1]]
-        t, y = part.t[-1], part.y[:, -1].copy()
-        if event is met and part.status == 1:
-            y[:2] = sign * cyl.x_max, 0.0
-        if part.status == 0:
-            break
-    states = []
-    for y in rows:
-        _, P, T = gases(y)
-        states.append([y[0], y[1], P[0], T[0], P[1], T[1]])
-    return np.array(states)
-
-
 @C_COMPILER
 @pytest.mark.parametrize(("C", "V_d", "P_s", "sign"), in_brief(SIZES, BRIEF))
 def test_a_stroke_from_vented_to_rest_is_that_of_another_solver(C, V_d, P_s, sign, template, tmp_path):
@@ -114,7 +38,7 @@ def test_a_stroke_from_vented_to_rest_is_that_of_another_solver(C, V_d, P_s, sig
     compiled = CompiledModel("full", None, chosen, tmp_path, piston=True)
     c, inputs = chosen.conditions, [sign * chosen.valve.u_max, 0.0]
     state = [-sign * chosen.cylinder.x_max, 0.0, c.P_atm, c.T_amb, c.P_atm, c.T_amb]
-    for expected in reference(chosen, sign):
+    for expected in radau_stroke(chosen, sign, DURATION):
         failed, state = compiled.step(inputs, inputs, H, state)
         off = np.abs(np.subtract(state, expected))
         assert not failed and off[[2, 4]].max() < PRESSURE and off[[3, 5]].max() < TEMPERATURE
