@@ -43,6 +43,7 @@ typedef struct {
     double now[2][ROW], k[2][7][ROW]; /* by chamber: pressure, rates of one step */
     double sum[2][2][ROW], squares[2][2][ROW]; /* by chamber: of errors, each before the carry of its rounding */
     double before[2][ROW], after[2][ROW], coarse[2][ROW], largest[2][ROW]; /* while a step is halved */
+    double start[2][ROW], at_port[2][ROW]; /* of a part; its error where it is implicit, else -1 */
     int64_t count, polytropic, heated, heated_PT; /* lanes, padded; first lane with each kind of term */
     int64_t fresh; /* whether the last rates k[.][6] are those at the start of the next step */
     double inputs[4]; /* at which they were computed */

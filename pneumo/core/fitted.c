@@ -62,9 +62,7 @@ INLINE void step_across_port(Lanes *W, Sets *X, int side, bool full, bool exhaus
         double factor = GAMMA * h * X->volume_ratio[i] * (exhausts ? X->exhaust[i] : 1.0) * root;
         double in = factor * (sh.inward * (W->in[i] + W->in_T[i] * (root_T * root_T)));
         double out = -factor * (sh.outward * (W->out[i] * p_port * root_T));
-        double rest = p_port_then - before - GAMMA * h * b, d = balanced(rest, rest > 0 ? in : out);
-        rest = p_port - before - h * b + (1 / GAMMA - 1) * (d - rest);
-        double p = p_port - balanced(rest, rest > 0 ? in : out);
+        double first, p = step_with_factors(before, p_port_then, p_port, h * b, in, out, &first);
         if (full) {
             double T_now = root_T * root_T, flow = (p - before) / h - b;
             double T_flow = flow > 0 ? X->inlet[i] : T_now;

@@ -19,6 +19,31 @@ INLINE double balanced(double rest, double hK) {
     return rest > 0 ? y * y : -(y * y);
 }
 
+/* Mass flow over the square root of P_u - P_d, where both are nearly equal, by eq (1) or ISO 6358. */
+INLINE double flow_over_root(double A_t, double P_u, double T_u, const Gas *gas) {
+    if (gas->elliptic) return choked_flow(A_t, P_u, T_u, gas) * sqrt(2 / ((1 - gas->critical_ratio) * P_u));
+    return A_t * sqrt(2 * P_u / (gas->R * T_u));
+}
+
+/* Pressure after such a step in which the rest of the rate, b, and K hardly change: `in` and `out` are GAMMA h K for a
+   flow into the chamber and out of it. The port's pressure at the first stage is `port_then`, that of the chamber `first`. */
+INLINE double step_with_factors(double p, double port_then, double port, double hb, double in, double out, double *first) {
+    double rest = port_then - p - GAMMA * hb, d = balanced(rest, rest > 0 ? in : out);
+    *first = port_then - d;
+    rest = port - p - hb + (1 / GAMMA - 1) * (d - rest);
+    return port - balanced(rest, rest > 0 ? in : out);
+}
+
+/* Error of that step: that of a method of first order, and that of a K which is not quite constant; -1 if neither end is
+   near the port. `explicitly` is the pressure after an explicit step. */
+INLINE double error_with_factors(double p, double explicitly, double end, double first, double port, double in, double out) {
+    const double hK = larger(in, out) / GAMMA, reach = hK * hK / 4;
+    const double d = fabs(port - p), d_end = p > port ? explicitly - port : port - explicitly;
+    if ((d >= reach && d_end >= reach) || !(reach > NEAR * port)) return -1;
+    const double off = fabs(end - p - (first - p) / GAMMA), way = larger(d, fabs(port - end)) / port;
+    return off + way * fabs(end - p);
+}
+
 /* Whether a pressure that goes from P through `later` comes too near to an open port for an explicit step. */
 INLINE bool near_port(double u, double x, double P, double T, const double *later, int64_t count, int64_t apart, double h,
                       Chamber chamber, const Plant *plant) {
@@ -29,8 +54,8 @@ INLINE bool near_port(double u, double x, double P, double T, const double *late
         const Gas gas = path_gas(chamber.side, port, plant);
         const bool fills = P_port > P;
         const double T_u = fills ? c->T_in : T, V = volume(x, chamber, &plant->cylinder);
-        const double sonic = gas.gamma * gas.R * T_u * choked_flow(A_t, 1, T_u, &gas) / V; /* rate of P over P_u */
-        const double hK = h * sonic * sqrt(2 / (1 - gas.critical_ratio) * larger(P, P_port)), reach = hK * hK / 4;
+        const double m = flow_over_root(A_t, larger(P, P_port), T_u, &gas);
+        const double hK = h * gas.gamma * gas.R * T_u * m / V, reach = hK * hK / 4;
         double margin = fabs(P_port - P);
         for (int64_t i = 0; i < count; i++) {
             const double d = fills ? P_port - later[i * apart] : later[i * apart] - P_port;

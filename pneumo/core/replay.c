@@ -69,8 +69,31 @@ INLINE void advance(Lanes *W, double inputs[7][4], double h, const Constants *k,
     W->fresh = 0;
 }
 
+/* Repeat a step of lanes that come near to the port's pressure by the method of open_port.h. */
+INLINE void repeat_near_port(Lanes *W, double inputs[7][4], double h, const Constants *k, int terms) {
+    const double *at = inputs[STAGES];
+    for (int side = 0; side < 2; side++) {
+        const double sign = sign_of(side);
+        const Shared sh = shared_terms(side ? at[3] : at[0], sign * at[1], sign * at[2], side, k);
+        const double port = sh.p_port, factor = GAMMA * h * k->psi[0] / sqrt(port);
+        double *restrict rate = W->k[side][0], *restrict now = W->now[side];
+        Shared still = sh; /* at the port's pressure there is no flow */
+        still.inward = still.outward = 0;
+        for (int64_t i = 0; i < W->count; i++) W->p[i] = port;
+        write_rates(W, rate, still, k, terms);
+        for (int64_t i = 0; i < W->count; i++) {
+            const double p = W->start[side][i], root_T = W->root_T[i];
+            const double in = factor * (sh.inward * (W->in[i] + W->in_T[i] * (root_T * root_T)));
+            const double out = -factor * (sh.outward * (W->out[i] * port * root_T));
+            double first, end = step_with_factors(p, port, port, h * rate[i], in, out, &first);
+            W->at_port[side][i] = error_with_factors(p, now[i], end, first, port, in, out);
+            now[i] = W->at_port[side][i] < 0 ? now[i] : end > 0 ? end : (double)NAN;
+        }
+    }
+}
+
 /* Raise `largest` to the estimated error of the last step over P_0; infinite where it failed. */
-INLINE void estimate_errors(Lanes *W, double inputs[7][4], double h, const Constants *k, int terms) {
+INLINE void estimate_errors(Lanes *W, double inputs[7][4], double h, bool near_port, const Constants *k, int terms) {
     const int64_t n = W->count;
     for (int side = 0; side < 2; side++) {
         double(*restrict K)[ROW] = W->k[side], *restrict largest = W->largest[side], sign = sign_of(side);
@@ -80,6 +103,7 @@ INLINE void estimate_errors(Lanes *W, double inputs[7][4], double h, const Const
         for (int64_t i = 0; i < n; i++) {
             double early = E[0] * K[0][i] + E[2] * K[2][i] + E[3] * K[3][i];
             double error = fabs(h * (early + (E[4] * K[4][i] + E[5] * K[5][i] + E[6] * K[6][i])));
+            if (near_port) error = W->at_port[side][i] < 0 ? error : W->at_port[side][i];
             double most = largest[i] > error ? largest[i] : error;
             largest[i] = error < INFINITY ? most : (double)INFINITY;
         }
@@ -124,9 +148,11 @@ INLINE void replay_steps(const Recording *r, const Sampling *sampling, int64_t f
                 if (halvings > begun) W->fresh = 0;
             }
             for (int part = 0; part < parts; part++) {
-                stage_inputs(r, sampling, step, part, parts, y, inputs);
+                const bool near_port = stage_inputs(r, sampling, step, part, parts, y, inputs);
+                if (near_port) memcpy(W->start, W->now, sizeof W->now);
                 advance(W, inputs, r->h / parts, k, terms);
-                if (most > 0) estimate_errors(W, inputs, r->h / parts, k, terms);
+                if (near_port) repeat_near_port(W, inputs, r->h / parts, k, terms);
+                if (most > 0) estimate_errors(W, inputs, r->h / parts, near_port, k, terms);
             }
             if (most == 0) break;
             if (!keep_accurate(W, tolerance) || halvings >= most) break;
@@ -189,14 +215,43 @@ static double lane_step_near_port(double *y, const Replayed *c, double h) {
     return implicit_step(y, &filling, u_first);
 }
 
+/* Repeat a step of a reduced model that comes near to the port's pressure, as `repeat_near_port` does: P is the pressure
+   before it, `y` that after an explicit step. Return the error, or -1 if the pressure is not near. */
+static double repeat_lane_near_port(double *y, double P, const Replayed *c, double h) {
+    const double *at = c->inputs[STAGES];
+    const Plant *plant = c->plant;
+    const Conditions *around = &plant->conditions;
+    const Lane *lane = c->lane;
+    const double u = at[c->chamber.side ? 3 : 0], x = c->sign * at[1];
+    const double V = volume(x, c->chamber, &plant->cylinder);
+    const double areas[2] = {path_area(u, c->chamber.side, 0, &plant->valve), path_area(u, c->chamber.side, 1, &plant->valve)};
+    const int port = areas[0] >= areas[1] ? 0 : 1;
+    const Gas gas = path_gas(c->chamber.side, port, plant);
+    const double P_port = port == 0 ? around->P_s : around->P_atm, T = temperature(P_port, around->P_0, around->T_0, lane->a);
+    const double T_inlet = lane->mixing * around->T_in + (1 - lane->mixing) * T;
+    const double factor = GAMMA * h * plant->gas.R * lane->flow_scale / V;
+    const double in = factor * lane->n_in * T_inlet * flow_over_root(areas[port], P_port, around->T_in, &gas);
+    const double out = factor * lane->n_out * T * flow_over_root(areas[port], P_port, T, &gas);
+    double rates[2], first;
+    chamber_rates(u, x, c->sign * at[2], P_port, T, c->chamber, plant, lane, rates);
+    const double end = step_with_factors(P, P_port, P_port, h * rates[0], in, out, &first);
+    const double error = error_with_factors(P, y[0], end, first, P_port, in, out);
+    if (!(error < 0)) y[0] = end;
+    return error / around->P_0;
+}
+
 /* Advance y = (P, T) of one chamber; return the largest estimated error over P_0 or T_0, infinite where it failed. */
 static double lane_step(double *y, const Replayed *context, double h) {
-    double Y[14], K[14], error[2], largest;
+    double Y[14], K[14], error[2], largest = 0;
     const Conditions *c = &context->plant->conditions;
     dormand_prince(lane_rates, context, y, 2, h, Y, K, Y + 12);
-    const bool implicit = is_near_port(context, Y, h);
+    bool implicit = is_near_port(context, Y, h);
     if (implicit) largest = lane_step_near_port(y, context, h);
     else memcpy(y, Y + 12, 2 * sizeof *y);
+    if (context->near_port && context->lane->full == 0) {
+        largest = repeat_lane_near_port(y, Y[0], context, h);
+        implicit = !(largest < 0);
+    }
     if (!possible(y, context->lane)) {
         y[0] = y[1] = (double)NAN;
         return (double)INFINITY;
