@@ -85,7 +85,7 @@ INLINE bool solve_stage(const Filling *of, double base, double mass, double weig
     const Plant *plant = of->plant;
     const Conditions *c = &plant->conditions;
     const Valve *valve = &plant->valve;
-    const Lane lane = full_order(plant->gas.gamma);
+    const Lane lane = full_order(plant);
     const double V = volume(of->x, of->chamber, &plant->cylinder), pressure[2] = {c->P_s, c->P_atm};
     const double area[2] = {path_area(of->u, of->chamber.side, 0, valve), path_area(of->u, of->chamber.side, 1, valve)};
     /* If both are open, the equation is that of the port where the flow changes more with the pressure. */
