@@ -4,7 +4,7 @@
 #define EXPORT(name) __attribute__((export_name(#name))) name
 enum { MOST_STEPS = 20000, MOST_LANES = 80, MOST_HALVINGS = 6, MOST_PRESSURES = 100000 };
 
-static double numbers[31]; /* of the plant, in the order of its named tuples, without the valve's `paths` */
+static double numbers[33]; /* of the plant, in the order of its named tuples, without the valve's `paths` */
 static double reference[MOST_STEPS + 1], states[6 * (MOST_STEPS + 1)]; /* the first state is given */
 static double moments[4 * MOST_LANES], pressure[MOST_PRESSURES], psi[40]; /* psi: polynomial of the subsonic flow */
 static Lane lanes[MOST_LANES];
@@ -31,7 +31,7 @@ static Plant plant(void)
         .conditions = {p[11], p[12], p[13], p[14], p[15], p[16]},
         .cylinder = {c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10] != 0, c[11], c[12]},
         .k_0 = c[13],
-        .wall = {1, 0.5},
+        .wall = {c[14], c[15]},
     };
     return of_numbers;
 }
