@@ -202,7 +202,8 @@ def far_from_ports(states, u, plant, h):
     """Whether h times the slope of the flow, and so an error of an explicit step, is below 1 at every stage."""
     c, gas = plant.conditions, plant.gas
     for side in Side:
-        chamber, (P, T) = chamber_of(plant.cylinder, side), np.array(states).T[2 + 2 * side.value :][:2]
+        chamber = chamber_of(plant.cylinder, side)
+        P, T = np.array(states).T[2 + 2 * side.value :][:2]
         P_port = c.P_s if side.sign * u >= 0 else c.P_atm
         T_u, P_u = (c.T_in, P_port) if P_port > P[0] else (T[0], max(P_port, P[0]))
         m = choked_flow(plant.valve.k_xu * abs(u), P_u, T_u, gas)
