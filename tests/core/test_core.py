@@ -199,7 +199,7 @@ def coarse_run(factor=10):
 
 
 def far_from_ports(states, u, plant, h):
-    """Whether h times the slope of the flow, and so an error of an explicit step, is below 1 at every stage."""
+    """Whether h times the slope of the flow is below 1 at every stage, so that an explicit step is stable."""
     c, gas = plant.conditions, plant.gas
     for side in Side:
         chamber = chamber_of(plant.cylinder, side)
