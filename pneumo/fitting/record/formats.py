@@ -24,7 +24,7 @@ from pneumo.fitting.record.units import TIMES, plain_unit
 from pneumo.regular_file import regular_file
 
 LARGEST_FILE = 200_000_000  # bytes
-LARGEST_SHEET = 300_000_000  # bytes of XML, of which openpyxl reads some 5 MB a second
+LARGEST_SHEET = 60_000_000  # bytes of XML: 300,000 rows, of which openpyxl reads some 5 MB a second
 MOST_NUMBERS = 40_000_000  # of all channels together: 320 MB
 LONGEST_ARRAY = 200  # in a message of ROS whose numbers are signals
 DATA, TIME = ("Data", "data", "values", "Values"), ("Time", "time", "t")  # members of MATLAB's structs
