@@ -18,8 +18,9 @@ BASE = Path("config/paper.yaml")
 
 
 def find_checkout() -> None:
-    """Let the scripts of jobs import `paper.study` and `workflow.jobs`, which are not installed."""
-    os.environ["PYTHONPATH"] = os.pathsep.join([".", *filter(None, [os.environ.get("PYTHONPATH")])])
+    """Let the scripts of jobs import `paper.study`, `workflow.jobs` and `paper_verdict` from the checkout."""
+    given = filter(None, [os.environ.get("PYTHONPATH")])
+    os.environ["PYTHONPATH"] = os.pathsep.join([".", "paper-verdict/src", *given])
 
 
 def as_written(files: Sequence[Path], options: Mapping[str, Any]) -> dict[str, Any]:
