@@ -91,6 +91,7 @@ class Stroke(NamedTuple):
     distance: float  #: from where it left, m; positive where chamber A became larger
     end_speed: float  #: before the impact, m/s
     air: float  #: from the supply, from this change of the command to the next or the end, normal litres
+    rebounds: int = 0  #: how often the piston turned back on its way, on a cushion of air, or at the stop
 
     @property
     def time(self) -> float:
@@ -113,27 +114,58 @@ def _arrival(x: np.ndarray, v: np.ndarray, k: int, stop: float, h: float) -> tup
     return k * h + min(duration, h), end_speed
 
 
+def _turns(v: np.ndarray) -> int:
+    """How often a velocity, positive towards the stop, turns negative."""
+    moving = np.sign(v[v != 0])
+    return int(np.count_nonzero((moving[:-1] > 0) & (moving[1:] < 0)))
+
+
+def _departure(v: np.ndarray, k: int, earliest: int, switches: np.ndarray) -> int:
+    """Sample at which the piston left for a stop that it meets after sample k; v is positive towards it.
+
+    That is the first one with such a velocity since it met a stop, or since the last change of the command at
+    which it was at rest or moved away. A rebound on the way is no departure.
+    """
+    changes = switches[(switches >= earliest) & (switches <= k)]
+    changes = changes[v[changes] <= 0]
+    since = int(changes[-1]) if len(changes) else earliest
+    moves = np.flatnonzero(v[since : k + 1] > 0)
+    return max(since + int(moves[0]) - 1, since) if len(moves) else k
+
+
 def _strokes(recording: Recording) -> list[Stroke]:
     """Movements of a simulated run that end at a stop, in the order of time."""
     (x, v), h, cylinder = recording.states[:, :2].T, recording.h, recording.plant.cylinder
     drawn = np.concatenate([[0.0], np.cumsum(supplied_mass(recording))])
     commands = recording.u if recording.u_B is None else np.stack([recording.u, recording.u_B], axis=-1)
+    if recording.drive.closed_loop:  # its command changes all the time
+        commands = recording.reference
     changed = np.diff(commands, axis=0).reshape(len(x) - 1, -1).any(axis=1)
     switches = np.concatenate([[0], np.flatnonzero(changed) + 1])
-    at_rest = np.flatnonzero(v == 0)
     P_n, T_n = NORMAL
     per_kg = 1e3 * recording.plant.gas.R * T_n / P_n  # litres
-    strokes = []
-    for stop in (cylinder.x_min, cylinder.x_max):
-        for k in np.flatnonzero((x[1:] == stop) & (x[:-1] != stop)):
-            before = at_rest[at_rest <= k]
-            left = int(before[-1]) if len(before) else 0
-            switch = int(np.searchsorted(switches, left, side="right")) - 1
-            first, end = switches[switch], [*switches[1:], len(x) - 1][switch]
-            arrives, end_speed = _arrival(x, v, int(k), stop, h)
-            air = per_kg * (drawn[end] - drawn[first])
-            strokes.append(Stroke(first * h, left * h, arrives, stop - x[left], end_speed, float(air)))
-    return sorted(strokes, key=lambda stroke: stroke.arrives)
+    strokes = list[Stroke]()
+    last_stop, met = None, 0
+    for k in np.flatnonzero(np.isin(x[1:], (cylinder.x_min, cylinder.x_max)) & (x[1:] != x[:-1])):
+        stop = x[k + 1]
+        towards = v if stop == cylinder.x_max else -v
+        left = _departure(towards, int(k), met, switches)
+        switch = int(np.searchsorted(switches, left, side="right")) - 1
+        first, end = switches[switch], [*switches[1:], len(x) - 1][switch]
+        bounced = bool(strokes) and stop == last_stop and first < met
+        last_stop, met = stop, int(k) + 1
+        if bounced:
+            strokes[-1] = strokes[-1]._replace(rebounds=strokes[-1].rebounds + 1)
+            continue
+        arrives, end_speed = _arrival(x, v, int(k), stop, h)
+        air = float(per_kg * (drawn[end] - drawn[first]))
+        turns = _turns(towards[left : k + 1])
+        strokes.append(Stroke(first * h, left * h, arrives, stop - x[left], end_speed, air, turns))
+    return strokes
+
+
+def _counted(rebounds: int) -> str:
+    return f", {rebounds} rebound{'s' if rebounds > 1 else ''}" if rebounds else ""
 
 
 def _column(name: str, doc: str) -> Any:
@@ -208,7 +240,7 @@ class Run(NamedTuple):
         lines += [
             f"stroke of {1e3 * s.distance:+.4g} mm in {s.time:.4g} s (command at {s.switched:.4g} s, leaves"
             f" at {s.leaves:.4g} s): mean {s.mean_speed:.3g} m/s, end {s.end_speed:.3g} m/s,"
-            f" air {s.air:.3g} Nl"
+            f" air {s.air:.3g} Nl{_counted(s.rebounds)}"
             for s in strokes[:MOST_STROKES]
         ]
         lines += [f"... and {len(strokes) - MOST_STROKES} more"] if len(strokes) > MOST_STROKES else []

@@ -99,6 +99,40 @@ def test_after_the_stroke_the_chambers_rest_at_their_ports(mine):
     assert (more - normal) / (lost * 287.0 * 273.15 / 101325 * 1e3) == pytest.approx(1.0, abs=0.1)
 
 
+CATALOGUE = [(bore, stroke) for bore in (32, 40, 50, 63, 80) for stroke in (50, 100, 160, 250, 320, 400)]
+
+
+@pytest.mark.parametrize("exhaust", [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 1.0])
+def test_a_stroke_is_whole_whatever_rebounds_on_its_way(mine, exhaust):
+    """Thirty sizes, and throttled exhausts, whose cushion of air throws the piston back."""
+    rebounds = 0
+    for bore, stroke in CATALOGUE if exhaust == 1.0 else [(25, 160)]:
+        half, area = stroke / 2000, math.pi * (bore * 1e-3) ** 2 / 4
+        cylinder = mine.cylinder._replace(x_min=-half, x_max=half, stroke=2 * half)
+        if exhaust == 1.0:
+            scale = area / cylinder.A_A
+            cylinder = cylinder._replace(
+                bore=bore * 1e-3,
+                A_A=area,
+                A_B=scale * cylinder.A_B,
+                M=(bore / 10) ** 2,
+                load=scale * cylinder.load,
+            )
+        k_xu = mine.valve.k_xu * (3.0 if exhaust == 1.0 else 1.0)
+        plant = mine._replace(cylinder=cylinder, valve=mine.valve._replace(k_xu=k_xu, exhaust=exhaust))
+        u = np.where(np.arange(6001) < 3000, 10.0, -10.0)
+        run = pneumo.simulate(plant, 1e-3, command=u, start="vented")
+        assert [s.distance for s in run.strokes] == pytest.approx([2 * half, -2 * half])
+        for stroke_, since in zip(run.strokes, (0.0, 3.0), strict=True):
+            first = (
+                1e-3 * np.flatnonzero((run.x == math.copysign(half, stroke_.distance)) & (run.t > since))[0]
+            )
+            assert stroke_.switched == since and first - 1e-3 <= stroke_.arrives <= first + 1e-9
+        rebounds += sum(s.rebounds for s in run.strokes)
+        assert ("rebound" in repr(run)) == any(s.rebounds for s in run.strokes)
+    assert rebounds > 0 or exhaust == 0.35  # too little throttled to turn the piston back
+
+
 def test_names_of_starts_and_what_the_run_says(mine):
     for start, (end, P_A, P_B) in STARTS.items():
         run = pneumo.simulate(mine, 1e-3, command=np.zeros(11), start=start)
