@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from pneumo.runs import recorded as recorded
     from pneumo.runs import replay as replay
     from pneumo.runs import simulate as simulate
+    from pneumo.selection.plants import load_plant as load_plant
     from pneumo.selection.plants import plant as plant
     from pneumo.storage.files import open_grid as open_grid
 
@@ -57,7 +58,7 @@ _NAMES = {
     "physics.models": "MODELS Model",
     "physics.valve": "Conditions Gas Valve",
     "runs": "Prediction Run State recorded replay simulate",
-    "selection.plants": "plant",
+    "selection.plants": "load_plant plant",
     "storage.files": "open_grid",
 }
 _MODULE_OF = {name: f"pneumo.{module}" for module, names in _NAMES.items() for name in names.split()}

@@ -3,6 +3,7 @@
 from __future__ import annotations  # or `help` would spell out ArrayLike
 
 from math import isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from pneumo.errors import InputError, RunError, shown
 from pneumo.physics.models import Model, full_order_lane, lane_array
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.publish.text.formatting import preformatted
-from pneumo.selection.plants import check_positive
+from pneumo.selection.plants import check_positive, load_plant
 from pneumo.simulation.excitation import command as command_of
 from pneumo.simulation.full_order import RAN, RUN_STATUS, STATE, Recording, failure, run, supplied_mass
 from pneumo.simulation.replay import STATUS
@@ -309,7 +310,7 @@ def _series(**signals: ArrayLike) -> dict[str, np.ndarray]:
 
 
 def simulate(
-    plant: Plant,
+    plant: Plant | Path | str,
     h: float,
     *,
     command: ArrayLike | None = None,
@@ -321,6 +322,8 @@ def simulate(
 
     Parameters
     ----------
+    plant : Plant or path
+        The plant, or a configuration with one.
     h : float
         Step, s; 1 ms in the paper.
     command : array-like
@@ -343,6 +346,7 @@ def simulate(
         If the run fails: its start, its plant or its step is not physical.
     """
     check_positive(h=h)
+    plant = plant if isinstance(plant, Plant) else load_plant(plant)
     u_B, y_0 = None, np.array(start_state(plant, start))
     if command is not None and reference is None:
         drive, own = OPEN_LOOP, np.asarray(command)
@@ -365,7 +369,7 @@ def simulate(
 
 
 def recorded(
-    plant: Plant,
+    plant: Plant | Path | str,
     h: float,
     *,
     u: ArrayLike,
@@ -378,6 +382,8 @@ def recorded(
 
     Parameters
     ----------
+    plant : Plant or path
+        The plant, or a configuration with one.
     h : float
         Time between samples, s.
     u, x, v : array-like
@@ -392,6 +398,7 @@ def recorded(
         If a signal has a wrong shape or numbers that are not finite.
     """
     check_positive(h=h)
+    plant = plant if isinstance(plant, Plant) else load_plant(plant)
     measured = {name: P for name, P in (("P_A", P_A), ("P_B", P_B)) if P is not None}
     signals = _series(u=u, x=x, v=v, **measured)
     u, states = signals["u"], np.full((len(signals["u"]), len(STATE)), np.nan)
@@ -408,13 +415,16 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
     The full order is the model "full", without n.
 
     On a simulated run it starts at the run's first pressures and reads the signals at every stage of the
-    integrator; on a measured one it starts at P_0 and reads samples, interpolated linearly.
+    integrator; on a measured one it starts at P_0, the full order at the first measured
+    pressures and T_0, and reads samples, interpolated linearly.
 
     Raises
     ------
     InputError
         If there is no such model, or n is missing or out of range.
     """
+    if not isinstance(run, Run):
+        raise InputError(f"run = {shown(run)}: must be a Run, as `simulate` and `recorded` return it")
     plant = run.recording.plant
     full = model == FULL_ORDER
     if full and n is not None:

@@ -121,3 +121,19 @@ def test_bad_plants_are_refused(changes, words):
     options = {"cylinder": CYLINDER, "k_xu": 1e-7, "u_max": 10.0, "P_s": 7e5, "k_0": 0.5} | changes
     with pytest.raises(InputError, match=words):
         pneumo.plant(options.pop("cylinder"), **options)
+
+
+def test_a_configuration_is_a_plant_and_measured_signals_have_a_full_order(inside, tmp_path):
+    inside("init", "my.yaml")
+    file = tmp_path / "my.yaml"
+    plant = pneumo.load_plant(file)
+    run = simulate(str(file), H, command=COMMAND)
+    assert np.array_equal(run.x, simulate(plant, H, command=COMMAND).x)
+    measured = recorded(file, H, u=run.u, x=run.x, v=run.v, P_A=run.P_A, P_B=run.P_B)
+    full = replay("full", None, measured)
+    assert full.status == ("ok", "ok") and full.mse.max() ** 0.5 < 0.05 * np.ptp(run.P_A)
+    for wrong in (run.to_table(), None, "run.csv"):
+        with pytest.raises(InputError, match=r"^run = .*must be a Run[^\n]*$"):
+            replay("M8", 1.3, wrong)
+    with pytest.raises(pneumo.PneumoError, match=r"missing\.yaml[^\n]*$"):
+        simulate("missing.yaml", H, command=COMMAND)

@@ -1,9 +1,11 @@
 """Plants: a cylinder with its valve, supply and wall, from plain numbers or from a configuration."""
 
 from math import isfinite
+from pathlib import Path
 
 from pneumo.catalogue import default_conductance, measured_bores, measured_cylinders
 from pneumo.configuration.experiment import Plant, Study
+from pneumo.configuration.parameters import load, study
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
@@ -144,7 +146,20 @@ def _notes_on_levels(study: Study) -> list[str]:
     ]
 
 
-def configured_plant(study: Study, cylinder: str | None = None, k_0: float | None = None) -> Plant:
+def load_plant(file: Path | str, cylinder: str | None = None) -> Plant:
+    """Plant of a configuration, such as the one that `pneumo init` or `pneumo fit` writes.
+
+    `cylinder` may be omitted if the file has only one.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or used, or leaves open which cylinder is meant.
+    """
+    return configured_plant(study(load(file)), cylinder)
+
+
+def configured_plant(configured: Study, cylinder: str | None = None, k_0: float | None = None) -> Plant:
     """Plant of a configured cylinder, with k_0, the thermal conductance of each chamber's wall, W/K.
 
     `cylinder` may be omitted if the study has only one, `k_0` if all experiments of the cylinder have the
@@ -155,7 +170,7 @@ def configured_plant(study: Study, cylinder: str | None = None, k_0: float | Non
     InputError
         If the cylinder is unknown, k_0 is negative, or the configuration leaves open which one is meant.
     """
-    plants = {e.cylinder: e.plant for e in study.experiments.values()}
+    plants = {e.cylinder: e.plant for e in configured.experiments.values()}
     if cylinder is None and len(plants) == 1:
         (cylinder,) = plants
     if cylinder is None:
@@ -163,10 +178,12 @@ def configured_plant(study: Study, cylinder: str | None = None, k_0: float | Non
     if cylinder not in plants:
         raise InputError(f"cylinder {cylinder!r}: no such cylinder; there are {', '.join(plants)}")
     if k_0 is None:
-        configured = sorted({e.plant.k_0 for e in study.experiments.values() if e.cylinder == cylinder})
-        if len(configured) > 1:
-            values = ", ".join(f"{value:.3g}" for value in configured)
+        conductances = sorted(
+            {e.plant.k_0 for e in configured.experiments.values() if e.cylinder == cylinder}
+        )
+        if len(conductances) > 1:
+            values = ", ".join(f"{value:.3g}" for value in conductances)
             raise InputError(f"--k0: missing; cylinder {cylinder} has {values} W/K")
-        k_0 = configured[0]
+        k_0 = conductances[0]
     _check_conductance(k_0)
     return plants[cylinder]._replace(k_0=k_0)

@@ -100,14 +100,14 @@ def replay_in_parts(
 def first_states(recording: Recording, lanes: np.ndarray, sampling: Sampling) -> np.ndarray:
     """First pressure and temperature of every lane, shape (lane, chamber, 2).
 
-    They are those of the run, but P_0 and T_0 for a reduced model that reads samples of it.
+    They are those of the run, but P_0 and T_0 where it has none, or for a reduced model on samples of it.
     """
     c = recording.plant.conditions
+    at_rest = np.array([c.P_0, c.T_0])
     own = np.broadcast_to(recording.states[0, 2:].reshape(2, 2), (len(lanes), 2, 2))
     full = np.asarray(lanes)[:, Lane._fields.index("full")] != 0
-    return np.where(
-        (full | (sampling.rule == "exact"))[:, np.newaxis, np.newaxis], own, np.array([c.P_0, c.T_0])
-    )
+    known = (full | (sampling.rule == "exact"))[:, np.newaxis, np.newaxis] & ~np.isnan(own)
+    return np.where(known, own, at_rest)
 
 
 def replay_one_by_one(
