@@ -83,13 +83,14 @@ def test_what_a_record_leaves_open_is_as_configured_with_the_rest_fitted_so(tmp_
     configured = configured_plant(study(load(tmp_path / "rig.yaml")))
     configured = configured._replace(k_0=0.3)
     run = simulate(configured, 1e-3, command=3.0 * np.sign(np.cos(np.arange(120) / 20)))
-    P = np.array([run.P_A, run.P_B]) + np.random.default_rng(1).normal(0.0, 8e3, (2, len(run.t)))
+    P = np.array([run.P_A, run.P_B]) + np.random.default_rng(1).normal(0.0, 2e4, (2, len(run.t)))
     record = stage_signals(Measurement("m", 1e-3, run.u, run.x, P), configured)
     problem = Problem(FULL, configured, record.part(0, split_of(record)), {})
     found = estimate(problem, record, intervals=("k_0", "k_xu", "lag"))
     assert {*found.held} == {"k_0", "lag"} and not found.values["lag"]
     assert found.values["k_0"] == configured.k_0
-    rest = replace(problem, fixed={name: found.values[name] for name in found.held})
+    fixed = {name: found.values[name] for name in found.held}
+    rest = replace(problem, model=FULL._replace(wall=found.wall), fixed=fixed)
     best, own = fit(rest, tolerance=1e-7), squares_at(rest, rest.inner(found.values))
     assert own < best.squares * 1.001
     assert found.low["k_xu"] <= found.values["k_xu"] <= found.high["k_xu"]
