@@ -95,35 +95,39 @@ INLINE double plain_ln(double x) {
     return exponent * LN_2_HIGH + (f + ((tail - z * f) + exponent * LN_2_LOW));
 }
 
+/* ln(x) - shift ln(2) of a positive, finite, normal x; for any other x a finite number, without branches. */
+INLINE double normal_ln(double x, double shift) {
+    double exponent, m = split(x, &exponent);
+    uint64_t c = (to_bits(m) + (UINT64_C(1) << (SEVEN_BITS - 1))) >> SEVEN_BITS;
+    int64_t of_c = (int64_t)(c - FIRST_C);
+    double r = (m - from_bits(c << SEVEN_BITS)) * LOG_TABLE[of_c][1], r_2 = r * r; /* the difference is exact */
+    double tail = r_2 * ((-1.0 / 2 + r * (1.0 / 3)) + r_2 * ((-1.0 / 4 + r * (1.0 / 5)) - r_2 * (1.0 / 6)));
+    exponent -= shift;
+    return (exponent * LN_2_HIGH + LOG_TABLE[of_c][0]) + (r + (tail + exponent * LN_2_LOW));
+}
+
 /* Natural logarithm of any x; NaN of a negative one. */
 INLINE double ln(double x) {
     if (!(x > 0)) return x == 0 ? -(double)INFINITY : (double)NAN;
     if (!(x <= 1.7976931348623157e308)) return x;
-    double shift = 0;
-    if (x < 0x1p-1022) { /* subnormal */
-        x *= 0x1p54;
-        shift = 54;
-    }
-    double exponent, m = split(x, &exponent);
-    uint64_t c = (to_bits(m) + (UINT64_C(1) << (SEVEN_BITS - 1))) >> SEVEN_BITS;
-    const double *of_c = LOG_TABLE[c - FIRST_C];
-    double r = (m - from_bits(c << SEVEN_BITS)) * of_c[1], r_2 = r * r; /* the difference is exact */
-    double tail = r_2 * ((-1.0 / 2 + r * (1.0 / 3)) + r_2 * ((-1.0 / 4 + r * (1.0 / 5)) - r_2 * (1.0 / 6)));
-    exponent -= shift;
-    return (exponent * LN_2_HIGH + of_c[0]) + (r + (tail + exponent * LN_2_LOW));
+    return x < 0x1p-1022 ? normal_ln(x * 0x1p54, 54) : normal_ln(x, 0);
+}
+
+/* exp(t) where it is a finite number, without branches. */
+INLINE double finite_exp(double t) {
+    const double high = 0x1.8p52; /* added, it rounds to a whole number, which is then in the last bits */
+    double shifted = t * (STEPS / LN_2) + high, k = shifted - high;
+    double r = (t - k * (LN_2_SHORT / STEPS)) - k * (LN_2_REST / STEPS), r_2 = r * r;
+    double root = EXP_TABLE[(int64_t)(to_bits(shifted) & (STEPS - 1))];
+    double tail = r + r_2 * ((1.0 / 2 + r * (1.0 / 6)) + r_2 * (1.0 / 24 + r * (1.0 / 120)));
+    uint64_t exponents = (to_bits(shifted) - to_bits(high) + STEPS * 2 * 1023) / STEPS, half = exponents / 2;
+    return (root + root * tail) * from_bits(half << 52) * from_bits((exponents - half) << 52); /* neither overflows */
 }
 
 /* exp(t) of any t. */
 INLINE double exponential(double t) {
     if (t != t) return t;
-    if (t > 709.79) return (double)INFINITY;
-    if (t < -745.2) return 0;
-    double k = (t * (STEPS / LN_2) + 0x1.8p52) - 0x1.8p52; /* rounded to a whole number */
-    double r = (t - k * (LN_2_SHORT / STEPS)) - k * (LN_2_REST / STEPS), r_2 = r * r;
-    double root = EXP_TABLE[(int)k & (STEPS - 1)];
-    double tail = r + r_2 * ((1.0 / 2 + r * (1.0 / 6)) + r_2 * (1.0 / 24 + r * (1.0 / 120)));
-    int whole = (int)k >> 7, half = whole / 2, rest = whole - half; /* two factors: neither overflows */
-    return (root + root * tail) * from_bits((uint64_t)(1023 + half) << 52) * from_bits((uint64_t)(1023 + rest) << 52);
+    return t > 709.79 ? (double)INFINITY : t < -745.2 ? 0 : finite_exp(t);
 }
 
 /* x^y for x >= 0; the exponents 0, 1/2 and 1 are exact. */

@@ -28,16 +28,21 @@ INLINE double choked_flow(double A_t, double P_u, double T_u, const Gas *gas) {
     return gas->sonic_coefficient * P_u * A_t / sqrt(T_u);
 }
 
+INLINE double subsonic_flow(double A_t, double P_u, double ratio, double T_u, const Gas *gas) {
+    double g = gas->gamma, s = larger(normal_ln(ratio, 0), -300); /* far below any critical ratio */
+    double s_g = s / g, subsonic = finite_exp(2 * s_g) - finite_exp(s + s_g);
+    subsonic = subsonic < 0 ? 0 : subsonic; /* by rounding, where the pressures are equal but for the last digit */
+    return A_t * P_u * sqrt(2 * g / ((g - 1) * gas->R * T_u) * subsonic); /* (1) */
+}
+
 INLINE double mass_flow(double A_t, double P_u, double P_d, double T_u, const Gas *gas) {
-    double ratio = P_d / P_u, b = gas->critical_ratio, g = gas->gamma;
+    double ratio = P_d / P_u, b = gas->critical_ratio;
     if (ratio <= b) return choked_flow(A_t, P_u, T_u, gas);
     if (gas->elliptic) {
         double above = (ratio - b) / (1 - b);
         return choked_flow(A_t, P_u, T_u, gas) * sqrt(1 - above * above); /* ISO 6358 */
     }
-    double s = ln(ratio), s_g = s / g, subsonic = exponential(2 * s_g) - exponential(s + s_g);
-    subsonic = subsonic < 0 ? 0 : subsonic; /* by rounding, where the pressures are equal but for the last digit */
-    return A_t * P_u * sqrt(2 * g / ((g - 1) * gas->R * T_u) * subsonic); /* (1) */
+    return subsonic_flow(A_t, P_u, ratio, T_u, gas);
 }
 
 INLINE double laminar_factor(double P_u, double P_d, double laminar) {

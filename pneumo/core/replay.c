@@ -290,6 +290,91 @@ static void lane_over_step(const Recording *r, const Sampling *sampling, int64_t
     }
 }
 
+/* Full orders whose steps are never halved advance two at a time, with both chambers of each as one vector: element
+   2 i + side. Every element does what `chamber_rates` does, operation by operation. */
+enum { PAIR = 4 };
+typedef struct {
+    double (*inputs)[4], wall_scale[PAIR];
+    const Plant *plant;
+    int64_t count; /* PAIR; the compiler would unroll a constant count before it makes vectors of loops */
+} Pair;
+
+static bool pairs_allowed(const Recording *r, const Lane *lanes, int64_t count) {
+    const Valve *valve = &r->plant.valve;
+    bool allowed = r->most_halvings == 0 && count % 2 == 0;
+    allowed = allowed && !r->plant.gas.elliptic && valve->laminar == 0 && valve->leak == 0 && !valve->net_leak;
+    for (int i = 0; i < 4; i++) allowed = allowed && valve->paths.knots == 0 && valve->paths.b[i / 2][i % 2] == 0;
+    Lane full = full_order(&r->plant);
+    allowed = allowed && full.e_A == 1 && full.e_PT == 0.5;
+    for (int64_t i = 0; i < count; i++) {
+        full.wall_scale = lanes[i].wall_scale; /* in which they may differ */
+        allowed = allowed && full.wall_scale != 0 && memcmp(&full, lanes + i, sizeof full) == 0;
+    }
+    return allowed;
+}
+
+INLINE void rates_of_pair(const double *y, int stage, const void *context, double *dy) {
+    const Pair *c = context;
+    const int64_t n = c->count & -PAIR;
+    const Plant *plant = c->plant;
+    const Conditions *k = &plant->conditions;
+    const Gas gas = plant->gas;
+    const Lane lane = full_order(plant);
+    const double *P = y, *T = y + PAIR, T_in = k->T_in, T_amb = k->T_amb;
+    double P_port[PAIR], area[PAIR], V[PAIR], dV_dt[PAIR], k_wall[PAIR];
+    double P_u[PAIR], T_u[PAIR], ratio[PAIR], subsonic[PAIR], m_in[PAIR], m_out[PAIR];
+    for (int side = 0; side < 2; side++) {
+        const double sign = sign_of(side), u = c->inputs[stage][side ? 3 : 0], x = sign * c->inputs[stage][1];
+        const Chamber chamber = chamber_of(&plant->cylinder, side);
+        const double k_here = plant->k_0 * (heat_area(x, &plant->cylinder) / heat_area(0, &plant->cylinder));
+        for (int64_t i = side; i < PAIR; i += 2) {
+            P_port[i] = u >= 0 ? k->P_s : k->P_atm; /* of the one path that is open */
+            area[i] = path_area(u, side, u < 0, &plant->valve);
+            V[i] = volume(x, chamber, &plant->cylinder);
+            dV_dt[i] = chamber.area * (sign * c->inputs[stage][2]);
+            k_wall[i] = k_here;
+        }
+    }
+    for (int64_t i = 0; i < n; i++) {
+        const double own = P[i], T_own = T[i], port = P_port[i];
+        P_u[i] = port >= own ? port : own;
+        T_u[i] = port >= own ? T_in : T_own;
+        ratio[i] = (port >= own ? own : port) / P_u[i];
+    }
+    for (int64_t i = 0; i < n; i++) subsonic[i] = subsonic_flow(area[i], P_u[i], ratio[i], T_u[i], &gas);
+    for (int64_t i = 0; i < n; i++) {
+        const double choked = choked_flow(area[i], P_u[i], T_u[i], &gas), below = subsonic[i];
+        const double m = ratio[i] <= gas.critical_ratio ? choked : below;
+        m_in[i] = lane.flow_scale * (P_port[i] >= P[i] ? m : 0);
+        m_out[i] = lane.flow_scale * (P_port[i] >= P[i] ? 0 : m);
+    }
+    for (int64_t i = 0; i < n; i++) {
+        const double heat = c->wall_scale[i] * (k_wall[i] * sqrt(P[i] * T[i] / (k->P_0 * k->T_0)) * (T_amb - T[i]));
+        const double T_inlet = lane.mixing * T_in + (1 - lane.mixing) * T[i];
+        dy[i] = dP_dt(P[i], T[i], V[i], dV_dt[i], m_in[i], m_out[i], T_inlet, heat, lane.n_V, lane.n_in, lane.n_out,
+                      gas.R, gas.gamma);
+        dy[PAIR + i] = dT_dt(P[i], T[i], V[i], dV_dt[i], m_in[i], m_out[i], dy[i], gas.R);
+    }
+}
+
+/* Advance two lanes from y, (lane, chamber, 2), by a step. */
+CLONES void advance_pair(double *y, double inputs[7][4], const Lane *lanes, const Plant *plant, double h, int64_t count) {
+    double at[2 * PAIR], Y[2 * PAIR * STAGES], K[2 * PAIR * STAGES];
+    const double first = lanes[0].wall_scale, second = lanes[1].wall_scale;
+    const Plant here = *plant;
+    const Pair pair = {inputs, {first, first, second, second}, &here, count};
+    for (int i = 0; i < PAIR; i++) {
+        at[i] = y[2 * i];
+        at[PAIR + i] = y[2 * i + 1];
+    }
+    dormand_prince(rates_of_pair, &pair, at, 2 * PAIR, h, Y, K, at);
+    for (int i = 0; i < PAIR; i++) {
+        const bool fine = at[i] > 0 && at[PAIR + i] > 0;
+        y[2 * i] = fine ? at[i] : (double)NAN;
+        y[2 * i + 1] = fine ? at[PAIR + i] : (double)NAN;
+    }
+}
+
 /* Step after step and lane after lane, of reduced models or of the full order. `y` (lane, chamber, 2) holds the first
    pressures and temperatures, and then the last; `moments` (lane, chamber, 2) are sums of errors and of their squares,
    `failure` (lane, chamber) the steps at which a state was not positive, or -1; `pressure` (lane, chamber, stored). */
@@ -297,6 +382,7 @@ void replay_scalar(const Recording *r, const Sampling *sampling, const Lane *lan
                    double *y, double *moments, int64_t *failure, double *pressure) {
     const int64_t stored = r->steps / stride + 1;
     double states[6], once[7][4];
+    const bool allowed = pairs_allowed(r, lanes, count);
     memset(moments, 0, (size_t)count * 4 * sizeof *moments);
     for (int64_t i = 0; i < 2 * count; i++) {
         failure[i] = -1;
@@ -305,13 +391,15 @@ void replay_scalar(const Recording *r, const Sampling *sampling, const Lane *lan
     for (int64_t k = 0; k < r->steps; k++) {
         bool near = false;
         if (!sampling->exact || r->halvings[k] == 0) near = stage_inputs(r, sampling, k, 0, 1, states, once);
+        const bool pairs = allowed && (!sampling->exact || r->halvings[k] == 0);
+        for (int64_t i = 0; pairs && i < count; i += 2) advance_pair(y + 4 * i, once, lanes + i, &r->plant, r->h, PAIR);
         for (int64_t i = 0; i < 2 * count; i++) {
             const int side = (int)(i % 2);
             const Replayed context = {once, sign_of(side), chamber_of(&r->plant.cylinder, side), &r->plant, lanes + i / 2,
                                       r->most_halvings > 0, sampling->exact, sampling->held, near};
             double *now = y + 2 * i;
             if (failure[i] < 0) {
-                lane_over_step(r, sampling, k, &context, now);
+                if (!pairs) lane_over_step(r, sampling, k, &context, now);
                 if (!possible(now, context.lane)) failure[i] = k + 1;
             }
             double error = r->states[6 * (k + 1) + 2 + 2 * side] - now[0];

@@ -12,7 +12,7 @@ from paper_study import STUDY, lasting
 from pneumo import testing as some
 from pneumo.configuration.experiment import Drive
 from pneumo.configuration.sampling import EXACT_SAMPLING, HELD, INTERPOLATED, Sampling
-from pneumo.physics.models import MODELS, Lane, lane, lane_array
+from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_array
 from pneumo.physics.valve import exact_gas
 from pneumo.simulation import polynomials
 from pneumo.simulation import replay as replay_module
@@ -174,3 +174,18 @@ def test_lanes_that_fail_are_reported_as_the_reference_does(monkeypatch, steps, 
     assert len(handed) == DIFFERENT
     assert_same(ours, theirs)
     assert (ours.failure_step[ours.status == LEFT_RANGE] >= first).all()
+
+
+@pytest.mark.parametrize("name", ["E06", "E12", "E14"])
+@pytest.mark.parametrize("sampling", [LINEAR, EXACT_SAMPLING], ids=["interpolated", "exact"])
+def test_full_orders_that_advance_in_pairs_have_the_bits_of_each_alone(name, sampling):
+    e = lasting(name, 1.0)
+    recording, gamma, wall = record(e), e.plant.gas.gamma, e.plant.wall
+    # With the last of these conductances a step of 1 ms fails.
+    pairs = lane_array([full_order_lane(gamma, wall, scale) for scale in (2.7, 0.37, 1.0, 1e5)])
+    together = replay_one_by_one(recording, pairs, sampling, 10)
+    assert together.status.tolist() == [[OK, OK]] * 3 + [[LEFT_RANGE, LEFT_RANGE]]
+    for row, lane_alone in enumerate(pairs):
+        alone = replay_one_by_one(recording, lane_alone[None], sampling, 10)
+        for values, expected in zip(together, alone, strict=True):
+            np.testing.assert_array_equal(values[row], expected[0])
