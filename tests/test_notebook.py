@@ -104,3 +104,14 @@ def test_a_wrong_argument_is_one_line_that_names_it(file, change, said):
     with pytest.raises(InputError) as error:
         pneumo.fit(**{"record": table(3).assign(u_V=0.0), "configuration": file} | change)
     assert str(error.value).startswith(said) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"seeds": 0}, {"seeds": -3}, {"seeds": 1.5}, {"cylinders": "mine"}, {"experiments": "own"}],
+)
+def test_impossible_options_of_a_study_are_one_line(inside, tmp_path, options):
+    inside("init", "my.yaml")
+    ((name, value),) = options.items()
+    with pytest.raises(pneumo.InputError, match=rf"^{name} = {value!r}: must be [^\n]*$"):
+        pneumo.study(tmp_path / "my.yaml", **options)

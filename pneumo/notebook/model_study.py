@@ -118,12 +118,17 @@ def study(
     Raises
     ------
     InputError
-        If a cylinder or experiment is unknown.
+        If a cylinder or experiment is unknown, or a number of seeds is not positive.
     ConfigurationError
         If the configuration is wrong.
     """
+    for name, names in (("cylinders", cylinders), ("experiments", experiments)):
+        if isinstance(names, str):
+            raise InputError(f"{name} = {names!r}: must be a list of names, [{names!r}]")
+    if seeds is not None and not (isinstance(seeds, int) and seeds > 0):
+        raise InputError(f"seeds = {seeds!r}: must be a whole number from 1 on")
     files = () if isinstance(configuration, Configuration) else (str(configuration),)
     content = configuration if isinstance(configuration, Configuration) else load(Path(configuration))
     chosen = selected(in_SI(content), cylinders, experiments)
-    chosen = chosen._replace(seeds=seeds or chosen.seeds)
+    chosen = chosen._replace(seeds=chosen.seeds if seeds is None else seeds)
     return ModelStudy(chosen, run_study(chosen, threads, uncertain=uncertainties(content)), content, files)

@@ -96,7 +96,10 @@ def study_notes(study: Study) -> list[str]:
         c, s, default = p.cylinder, p.conditions, default_conductance(p.cylinder)
         size = f"{1e3 * c.bore:g} x {1e3 * c.stroke:g} mm, {c.M:g} kg, supply {s.P_s / 1e5:.4g} bar absolute"
         force = c.A_A * (s.P_s - s.P_atm)
-        notes.append(f"{name}: {size}: at most {force:.3g} N and, with its valve, about {p.speed:.3g} m/s")
+        notes.append(
+            f"{name}: {size}: at most {force:.3g} N and, with its valve, about"
+            f" {p.speed:.3g} m/s at rest pressure, more from vented"
+        )
         ratio = sonic_coefficient(p.gas.R, p.gas.gamma) / AIR.sonic_coefficient
         if p.gas.elliptic and abs(ratio - 1) > OTHER_GAS:
             notes.append(
