@@ -19,6 +19,7 @@ from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
 
 AS_STATED = "as stated"
+COMMANDS_END = "the record's commands end at"  # reason of a light
 # Of a parameter: determined, known from the configuration alone, to be checked, not determined.
 Light = Literal["green", "as stated", "yellow", "red"]
 FIRST_WORDS = 48  # characters by which a table names a warning

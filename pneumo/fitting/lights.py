@@ -6,14 +6,13 @@ import numpy as np
 
 from pneumo.configuration.parameters import Accuracy
 from pneumo.fitting.fit_problem import Problem
-from pneumo.fitting.fit_result import AS_STATED, Estimate, Light, first_words
+from pneumo.fitting.fit_result import AS_STATED, COMMANDS_END, Estimate, Light, first_words
 from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS
 from pneumo.fitting.settings import OF_STATED, REACHED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
 from pneumo.statistics.intervals import Interval
 
 ADDS_LITTLE = "the record adds little to the stated accuracy"
 WIDE = "wide interval"
-BEYOND = "the record's commands end at"
 
 
 def lights(
@@ -65,7 +64,7 @@ def light_and_reason(
 def determined_text(judgements: Mapping[str, tuple[Light, str]]) -> str:
     """How many parameters the record determines, and how many of these a warning concerns."""
     lights = [light for light, _ in judgements.values()]
-    others = ADDS_LITTLE, WIDE, BEYOND
+    others = ADDS_LITTLE, WIDE, COMMANDS_END
     doubted = sum(
         light == "yellow" and not reason.startswith(others) for light, reason in judgements.values()
     )
@@ -83,5 +82,5 @@ def within_commands(
     """Lights where commands end at `reached`, V: the valve's coefficient is not determined beyond."""
     result = dict(judgements)
     if "k_xu" in result and result["k_xu"][0] == "green" and reached < REACHED * u_max:
-        result["k_xu"] = "yellow", f"{BEYOND} {reached:.3g} of {u_max:g} V"
+        result["k_xu"] = "yellow", f"{COMMANDS_END} {reached:.3g} of {u_max:g} V"
     return result

@@ -11,9 +11,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from pneumo.configuration.experiment import Study
-from pneumo.fitting.fit_result import AS_STATED, FitResult, rms_of_chambers
+from pneumo.fitting.fit_result import AS_STATED, COMMANDS_END, FitResult, rms_of_chambers
 from pneumo.fitting.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
-from pneumo.fitting.lights import BEYOND
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.selection.answer import Answer, export_command
 from pneumo.statistics.error_budget import Row
@@ -206,7 +205,7 @@ def rig_rows(fit: FitResult) -> list[list[str]]:
             largest = str(cell["quantity"].values[np.argmax(np.abs(moved))])
             row[3:5] = f"± {np.sqrt(moved @ moved):.2g}", headings.get(largest, largest).removeprefix("the ")
         rows.append(row)
-        if name == "k_xu" and fit.C_per_k_xu is not None and reason.startswith(BEYOND):
+        if name == "k_xu" and fit.C_per_k_xu is not None and reason.startswith(COMMANDS_END):
             part = fit.reached / fit.u_max
             row = [f"C at {fit.reached:.3g} V", "green", *row[2:-1], ""]
             row[2] = f"{part * interval.value:{form}} ({interval.scaled(part).ends_text(form)})"
