@@ -10,6 +10,7 @@ from paper_study import STUDY
 from pneumo import MODELS
 from pneumo.errors import InputError
 from pneumo.testing import check_model, model_checks
+from pneumo.testing.chamber_checks import DERANDOMISED
 
 TEXT = Path(textbook_chamber.__file__).read_text(encoding="utf-8")
 # (text, what stands there instead), of mistakes that people make.
@@ -47,6 +48,16 @@ MUTANTS = [
 BRIEFLY = settings(derandomize=True, database=None, max_examples=5, phases=[Phase.generate])
 
 
+def noticed(model, plant):
+    """Whether any check fails; the first is enough, and its counterexample need not be small."""
+    for check in model_checks(model, plant, settings=settings(DERANDOMISED, phases=[Phase.generate])):
+        try:
+            check()
+        except AssertionError:
+            return True
+    return False
+
+
 def mutant(old, new):
     assert TEXT.count(old) == 1, old
     names = {}
@@ -61,7 +72,7 @@ def test_a_textbook_chamber_passes(rod):
 
 @pytest.mark.slow
 def test_physical_mistakes_are_noticed(rod):
-    missed = [(old, new) for old, new in MUTANTS if not check_model(mutant(old, new), rod).failed]
+    missed = [(old, new) for old, new in MUTANTS if not noticed(mutant(old, new), rod)]
     assert len(missed) <= 1, missed
 
 
