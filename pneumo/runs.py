@@ -423,7 +423,8 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
     InputError
         If there is no such model, or n is missing or out of range.
     """
-    if not isinstance(run, Run):
+    given: Any = run  # callers without a type checker give anything
+    if not isinstance(given, Run):
         raise InputError(f"run = {shown(run)}: must be a Run, as `simulate` and `recorded` return it")
     plant = run.recording.plant
     full = model == FULL_ORDER

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -125,7 +125,8 @@ def study(
     for name, names in (("cylinders", cylinders), ("experiments", experiments)):
         if isinstance(names, str):
             raise InputError(f"{name} = {names!r}: must be a list of names, [{names!r}]")
-    if seeds is not None and not (isinstance(seeds, int) and seeds > 0):
+    count: Any = seeds  # callers without a type checker give anything
+    if count is not None and not (isinstance(count, int) and count > 0):
         raise InputError(f"seeds = {seeds!r}: must be a whole number from 1 on")
     files = () if isinstance(configuration, Configuration) else (str(configuration),)
     content = configuration if isinstance(configuration, Configuration) else load(Path(configuration))
