@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from pneumo.runs import simulate as simulate
     from pneumo.selection.plants import load_plant as load_plant
     from pneumo.selection.plants import plant as plant
+    from pneumo.stepping import Sensors as Sensors
+    from pneumo.stepping import Simulation as Simulation
     from pneumo.storage.files import open_grid as open_grid
 
     __version__: str
@@ -59,6 +61,7 @@ _NAMES = {
     "physics.valve": "Conditions Gas Valve",
     "runs": "Prediction Run State recorded replay simulate",
     "selection.plants": "load_plant plant",
+    "stepping": "Sensors Simulation",
     "storage.files": "open_grid",
 }
 _MODULE_OF = {name: f"pneumo.{module}" for module, names in _NAMES.items() for name in names.split()}
