@@ -16,8 +16,9 @@ from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError, RunError, shown
 from pneumo.physics.models import Model, full_order_lane, lane_array
 from pneumo.physics.symbols import SYMBOLS
+from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 from pneumo.publish.text.formatting import preformatted
-from pneumo.selection.plants import check_positive, load_plant
+from pneumo.selection.plants import check_positive, load_plant, load_rig
 from pneumo.simulation.excitation import command as command_of
 from pneumo.simulation.full_order import RAN, RUN_STATUS, STATE, Recording, failure, run, supplied_mass
 from pneumo.simulation.replay import STATUS
@@ -134,11 +135,10 @@ def _departure(v: np.ndarray, k: int, earliest: int, switches: np.ndarray) -> in
     return max(since + int(moves[0]) - 1, since) if len(moves) else k
 
 
-def _strokes(recording: Recording) -> list[Stroke]:
-    """Movements of a simulated run that end at a stop, in the order of time."""
+def _strokes(recording: Recording, commands: np.ndarray) -> list[Stroke]:
+    """Movements of a simulated run that end at a stop, in the order of time; `commands` by step and valve."""
     (x, v), h, cylinder = recording.states[:, :2].T, recording.h, recording.plant.cylinder
     drawn = np.concatenate([[0.0], np.cumsum(supplied_mass(recording))])
-    commands = recording.u if recording.u_B is None else np.stack([recording.u, recording.u_B], axis=-1)
     if recording.drive.closed_loop:  # its command changes all the time
         commands = recording.reference
     changed = np.diff(commands, axis=0).reshape(len(x) - 1, -1).any(axis=1)
@@ -176,8 +176,9 @@ def _column(name: str, doc: str) -> Any:
 class Run(NamedTuple):
     """Signals of a cylinder at every step, simulated or measured; NaN for signals that were not measured."""
 
-    recording: Recording  #: states, reference and command, with plant and step
+    recording: Recording  #: states, reference and what opens the valve, with plant and step
     simulated: bool  #: by `simulate`; else measured
+    command: np.ndarray  #: before limiter and dynamics of each valve, V, shape (steps + 1, 1 or 2)
 
     x, v = _column("x", "Piston position from mid-stroke, m."), _column("v", "Piston velocity, m/s.")
     P_A, P_B = (_column(f"P_{side}", f"Pressure in chamber {side}, Pa.") for side in "AB")
@@ -186,7 +187,12 @@ class Run(NamedTuple):
     @property
     def u(self) -> np.ndarray:
         """Command before the limiter, V."""
-        return self.recording.u
+        return self.command[:, 0]
+
+    @property
+    def u_B(self) -> np.ndarray | None:
+        """Command to chamber B's own valve, V; None: the chambers share one."""
+        return self.command[:, 1] if self.command.shape[1] == 2 else None
 
     @property
     def t(self) -> np.ndarray:
@@ -196,7 +202,7 @@ class Run(NamedTuple):
     @property
     def strokes(self) -> list[Stroke]:
         """Movements of a simulated run that end at a stop; empty for a measured one."""
-        return _strokes(self.recording) if self.simulated else []
+        return _strokes(self.recording, self.command) if self.simulated else []
 
     def to_xarray(self) -> xr.Dataset:
         """Dataset with u, x and v over t, and P and T over (t, chamber), in SI units."""
@@ -205,9 +211,9 @@ class Run(NamedTuple):
         pairs = {name: np.stack([getattr(self, f"{name}_{side}") for side in "AB"], axis=-1) for name in "PT"}
         variables: dict[str, Any] = {name: ("t", getattr(self, name)) for name in ("u", "x", "v")}
         variables |= {name: (("t", "chamber"), pair) for name, pair in pairs.items()}
-        if self.recording.u_B is not None:
+        if self.u_B is not None:
             about = {"units": "V", "long_name": "command to the valve of chamber B, positive from the supply"}
-            variables["u_B"] = ("t", self.recording.u_B, about)
+            variables["u_B"] = ("t", self.u_B, about)
         dataset = xr.Dataset(variables, {"t": self.t, "chamber": ["A", "B"]})
         for name in dataset.variables:
             if symbol := SYMBOLS.get(str(name)):
@@ -218,7 +224,7 @@ class Run(NamedTuple):
         """Table with a column for each signal, headed as `pneumo.read_record` reads them."""
         import pandas as pd
 
-        u_B = self.recording.u_B
+        u_B = self.u_B
         columns = {"t_s": self.t} | ({"u_V": self.u} if u_B is None else {"u_A_V": self.u, "u_B_V": u_B})
         columns |= {"x_m": self.x, "v_m/s": self.v}
         columns |= {f"P_{side}_Pa": getattr(self, f"P_{side}") for side in "AB"}
@@ -317,8 +323,9 @@ def simulate(
     reference: ArrayLike | None = None,
     k_p: float = 0.0,
     start: State | str = "rest",
+    dynamics: ValveDynamics | None = None,
 ) -> Run:
-    """Run the full-order system, eqs (1) to (8).
+    """Run the full-order system, eqs (1) to (8), behind a valve with dynamics as exports have it.
 
     Parameters
     ----------
@@ -337,16 +344,21 @@ def simulate(
         State at the start, or a name: `rest`, in mid-stroke at (P_0, T_0); `vented`, at the end where chamber
         A is smallest with both chambers at P_atm; `retracted`, there with B at P_s; `extended`, at the other
         end with A at P_s and B at P_atm; `pressurised`, retracted with both at P_s.
+    dynamics : ValveDynamics
+        How the valve follows a command, from 0 V before the start: dead time, lag, null offset and dead band.
+        None: the `valve_dynamics` of a configuration; a `Plant` has none.
 
     Raises
     ------
     InputError
-        If not exactly one of command and reference is given, or a number is out of range.
+        If not exactly one of command and reference is given, a reference meets `dynamics`, or a number is out
+        of range.
     RunError
         If the run fails: its start, its plant or its step is not physical.
     """
     check_positive(h=h)
-    plant = plant if isinstance(plant, Plant) else load_plant(plant)
+    plant, configured = (plant, PROPORTIONAL) if isinstance(plant, Plant) else load_rig(plant)
+    dynamics = configured if dynamics is None else dynamics
     u_B, y_0 = None, np.array(start_state(plant, start))
     if command is not None and reference is None:
         drive, own = OPEN_LOOP, np.asarray(command)
@@ -354,18 +366,42 @@ def simulate(
             signal, u_B = _series(u_A=own[:, 0], u_B=own[:, 1]).values()
         else:
             signal = _series(command=command)["command"]
+        given = np.stack([signal] if u_B is None else [signal, u_B], axis=-1)
     elif reference is not None and command is None:
         check_positive(k_p=k_p)
+        if dynamics != PROPORTIONAL:
+            raise InputError(
+                "valve_dynamics: not with a position reference; give a command, or leave the section out"
+            )
+        given = None
         drive, signal = Drive(True, float(k_p), np.inf), _series(reference=reference)["reference"]
     else:
         raise InputError("command, reference: give exactly one")
+    if given is not None and dynamics != PROPORTIONAL:
+        plant, signal, u_B = _opened(given, float(h), plant, dynamics)
     states, signal, halvings = run(y_0, signal, 0.0, drive, plant, float(h), MOST_HALVINGS, u_B)
     status, step = failure(states)
     if status != RAN:
         raise RunError(f"{RUN_STATUS[status]} at {step * h:.4g} s: check start, plant and step, {h:g} s")
     u = command_of(signal, states[:, 0], drive)
     recording = Recording(states, signal, u, drive, plant, float(h), halvings, MOST_HALVINGS, u_B)
-    return Run(recording, simulated=True)
+    return Run(recording, simulated=True, command=u[:, None] if given is None else given)
+
+
+def _opened(
+    given: np.ndarray, h: float, plant: Plant, dynamics: ValveDynamics
+) -> tuple[Plant, np.ndarray, np.ndarray | None]:
+    """Plant and openings, V, of one valve or two, with which the core runs behind `dynamics`.
+
+    The command meets the limiter first. That of the returned plant lets every opening pass, to which a null
+    offset can add.
+    """
+    from pneumo.fitting.valve_signal import opened  # SciPy takes longer to import than a run
+
+    u_max = plant.valve.u_max
+    openings = [opened(u, h, dynamics) for u in np.clip(given.T, -u_max, u_max)]
+    wide = plant.valve._replace(u_max=u_max + abs(dynamics.null))
+    return plant._replace(valve=wide), openings[0], openings[1] if len(openings) == 2 else None
 
 
 def recorded(
@@ -378,7 +414,7 @@ def recorded(
     P_A: ArrayLike | None = None,
     P_B: ArrayLike | None = None,
 ) -> Run:
-    """Make a `Run` of measured signals, for `replay`.
+    """Make a `Run` of measured signals, for `replay`, in which the valve follows its command at once.
 
     Parameters
     ----------
@@ -406,7 +442,7 @@ def recorded(
         states[:, STATE.index(name)] = signals[name]
     reference, halvings = np.zeros(len(u)), np.zeros(len(u) - 1, dtype=np.int8)
     recording = Recording(states, reference, u, OPEN_LOOP, plant, float(h), halvings, MOST_HALVINGS)
-    return Run(recording, simulated=False)
+    return Run(recording, simulated=False, command=u[:, None])
 
 
 def replay(model: Model | str, n: float | None, run: Run) -> Prediction:

@@ -12,6 +12,7 @@ from pneumo.configuration.experiment import MOST_HALVINGS
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import InputError, RunError
 from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.physics.valve_dynamics import ValveDynamics
 from pneumo.runs import State
 from pneumo.simulation import full_order as datum
 from pneumo.simulation.replay import replay as replay_lanes
@@ -137,3 +138,31 @@ def test_a_configuration_is_a_plant_and_measured_signals_have_a_full_order(insid
             replay("M8", 1.3, wrong)
     with pytest.raises(pneumo.PneumoError, match=r"missing\.yaml[^\n]*$"):
         simulate("missing.yaml", H, command=COMMAND)
+
+
+def test_a_file_with_valve_dynamics_moves_as_they_say_and_keeps_its_command(inside, tmp_path):
+    inside("init", "my.yaml")
+    file = tmp_path / "my.yaml"
+    section = "valve_dynamics: {dead_band_V: 0.4, lag_s: 0.02}"
+    text = file.read_text(encoding="utf-8").replace("    u_max_V", f"    {section}\n    u_max_V")
+    file.write_text(text, encoding="utf-8")
+    assert np.ptp(simulate(file, H, command=np.full(501, 0.35), start="vented").x) == 0
+    command = np.where(np.arange(501) < 300, 1.0, -2.0)
+    run = simulate(file, H, command=command, start="vented")
+    assert np.array_equal(run.u, command) and np.array_equal(run.to_table()["u_V"], command)
+    assert {stroke.switched for stroke in run.strokes} <= {0.0, 0.3}
+    assert replay("full", None, run).mse.max() < 10.0**2  # Pa: its opening is that of the run
+    at_once = simulate(pneumo.load_plant(file), H, command=command, start="vented")
+    assert 0 < np.ptp(run.x) < 0.9 * np.ptp(at_once.x)
+    code, out, told = inside("simulate", "my.yaml", "--command", 0.35)
+    assert code == 0 and "x from -80 to -80 mm" in out and not told
+    code, out, told = inside("simulate", "my.yaml", "--reference", 10)
+    assert code == 2 and not out and told.startswith("pneumo: valve_dynamics: ") and told.count("\n") == 1
+    assert "in the runs of `study` the valve follows at once" in inside("check", "my.yaml")[1]
+
+
+def test_a_dead_time_delays_the_command(mine):
+    late = simulate(mine, H, command=COMMAND, dynamics=ValveDynamics(dead_time=5 * H))
+    delayed = simulate(mine, H, command=np.concatenate([np.zeros(5), COMMAND[:-5]]))
+    np.testing.assert_allclose(late.recording.states, delayed.recording.states, rtol=1e-6, atol=1e-9)
+    assert np.array_equal(late.u, COMMAND)

@@ -50,7 +50,7 @@ def check(
 ) -> None:
     """Check a configuration and list its experiments."""
     from pneumo.configuration.parameters import study as in_SI
-    from pneumo.configuration.priors import conversion_notes
+    from pneumo.configuration.priors import conversion_notes, dynamics_notes
     from pneumo.selection.plants import study_notes
 
     configuration = read_configuration(files, trust)
@@ -58,7 +58,7 @@ def check(
     for name, e in study.experiments.items():
         time = f"{e.duration:g} s, step {e.h * 1e3:g} ms"
         typer.echo(f"{name}  cylinder {e.cylinder}  {e.loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
-    for note in (*study_notes(study), *conversion_notes(configuration)):
+    for note in (*study_notes(study), *conversion_notes(configuration), *dynamics_notes(configuration)):
         typer.echo(note)
     typer.echo(f"{study.name}: {len(study.experiments)} experiments, n = {', '.join(map(str, study.n))}")
 
@@ -95,7 +95,7 @@ def study(
     from rich.progress import Progress
 
     from pneumo.configuration.parameters import study as in_SI
-    from pneumo.configuration.priors import conversion_notes, uncertainties
+    from pneumo.configuration.priors import conversion_notes, dynamics_notes, uncertainties
     from pneumo.notebook.model_study import ModelStudy
     from pneumo.publish.pages.study_page import check_folder
     from pneumo.publish.text.terminal_tables import WHOLE, ranking_table
@@ -107,7 +107,7 @@ def study(
     folder = output or Path("-".join(["study", *(file.stem for file in files)]))
     context.with_resource(output_folder(folder))
     check_folder(folder)
-    for note in conversion_notes(configuration):
+    for note in (*conversion_notes(configuration), *dynamics_notes(configuration)):
         typer.echo(f"note: {note}", err=True)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         known = uncertainties(configuration)

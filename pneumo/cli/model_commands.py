@@ -18,7 +18,6 @@ from pneumo.cli.options import (
     Index,
     Trust,
     check_index,
-    configured_rig,
     output_to,
     read_configuration,
 )
@@ -58,6 +57,7 @@ def linearise(
     from pneumo.errors import InputError
     from pneumo.linear.linear_analysis import natural_modes, operating_range
     from pneumo.linear.linear_model import linearise as linear_model
+    from pneumo.selection.plants import configured_rig
 
     check_index(model, n)
     _, plant, dynamics = configured_rig(read_configuration(config, trust), cylinder, k0)
@@ -137,6 +137,7 @@ def export(
     from pneumo.errors import InputError
     from pneumo.export import exported, write_files
     from pneumo.export.printing import validity
+    from pneumo.selection.plants import configured_rig
 
     if to == "simulink" or (output and output.suffix == ".slx"):
         raise InputError("Simulink imports an FMU: use --to fmu --output FILE.fmu, and the block FMU Import")

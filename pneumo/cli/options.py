@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 if TYPE_CHECKING:
-    from pneumo.configuration.experiment import Plant
     from pneumo.configuration.schema import Configuration
-    from pneumo.physics.valve_dynamics import ValveDynamics
 
 
 def as_spelt(names: Any) -> Any:
@@ -76,16 +74,3 @@ def read_configuration(files: list[Path] | None, trust: bool = False) -> "Config
     if not files and not PAPER.exists():
         raise InputError("--config: missing; name a configuration, `pneumo init` writes one")
     return checked(read_sources(*(files or [PAPER])), trust=trust)
-
-
-def configured_rig(
-    configuration: "Configuration", cylinder: str | None, k_0: float | None
-) -> "tuple[str, Plant, ValveDynamics]":
-    """Name and plant of a configured cylinder, by default of the only one, and the dynamics of its valve."""
-    from pneumo.configuration.parameters import configured_dynamics, study
-    from pneumo.selection.plants import configured_plant
-
-    configured = study(configuration)
-    plant = configured_plant(configured, cylinder, k_0)
-    name = cylinder or next(iter(configured.experiments.values())).cylinder
-    return name, plant, configured_dynamics(configuration, name)

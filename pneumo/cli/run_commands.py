@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer import Argument, Option
 
-from pneumo.cli.options import Conductance, Cylinder, Trust, configured_rig, output_to, read_configuration
+from pneumo.cli.options import Conductance, Cylinder, Trust, output_to, read_configuration
 
 if TYPE_CHECKING:
     import numpy as np
@@ -63,6 +63,7 @@ def simulate(
     from pneumo.configuration.parameters import study
     from pneumo.configuration.priors import conversion_notes
     from pneumo.errors import InputError
+    from pneumo.selection.plants import configured_rig
 
     if command is not None and reference is not None:
         raise InputError("--command, --reference: give at most one")
@@ -73,7 +74,7 @@ def simulate(
 
         check_output(output.absolute().parent)
     configuration = read_configuration(files, trust)
-    name, plant, _ = configured_rig(configuration, cylinder, k_0)
+    name, plant, dynamics = configured_rig(configuration, cylinder, k_0)
     for note in conversion_notes(configuration):
         typer.echo(f"note: {note}", err=True)
     option, text = (
@@ -92,7 +93,7 @@ def simulate(
         if k_p is None:
             raise InputError("--gain: missing; the cylinder has no section closed_loop")
         signals = {"reference": held[:, 0] * 1e-3, "k_p": k_p}
-    run = runs.simulate(plant, step, start=_start(plant, start), **signals)
+    run = runs.simulate(plant, step, start=_start(plant, start), dynamics=dynamics, **signals)
     typer.echo(run)
     if output is not None:
         _write(run, output, study(configuration).config_sha256)

@@ -178,15 +178,17 @@ def _slope_of_flow(section: CylinderSection) -> float:
     return log(high / low) / 0.04
 
 
-def conversion_notes(configuration: Configuration) -> list[str]:
-    """Sentences on the figures of valves that were converted, with rule and accuracy, and on what is assumed.
+def dynamics_notes(configuration: Configuration) -> list[str]:
+    """Sentence on each cylinder with `valve_dynamics`, which a study leaves out."""
+    note = "used by simulate and exports; in the runs of `study` the valve follows at once"
+    cylinders = configuration.cylinders.items()
+    return [f"{name}: valve_dynamics: {note}" for name, section in cylinders if section.valve_dynamics]
 
-    Assumed are a missing b, and runs without the configured `valve_dynamics`.
-    """
+
+def conversion_notes(configuration: Configuration) -> list[str]:
+    """Sentences on the figures of valves that were converted, with rule and accuracy, and on a missing b."""
     notes = []
     for name, section in configuration.cylinders.items():
-        if section.valve_dynamics:
-            notes.append(f"{name}: valve_dynamics is for exports; in runs the valve follows at once")
         if section.valve is None:
             continue
         key, value = section.valve.flow_as_given

@@ -254,7 +254,7 @@ class ValveSection(Section):
 
 
 class ValveDynamicsSection(Section):
-    """How the valve follows its command, as `pneumo fit` finds it: for exports and linear models.
+    """How the valve follows its command, as `pneumo fit` finds it: for `simulate`, exports, linear models.
 
     Runs of a study have a valve that follows at once and in proportion.
     """

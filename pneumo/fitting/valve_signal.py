@@ -8,6 +8,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.signal import lfilter
 
 from pneumo.configuration.experiment import Plant
+from pneumo.physics.valve_dynamics import ValveDynamics
 
 INSTANT = 1e-9  # s, in place of a lag of zero
 KNOTS = (0.0, 1 / 8, 1 / 4, 1 / 2, 1.0)  # of a fitted curve, over the largest command
@@ -25,6 +26,29 @@ def lagged(signal: np.ndarray, lag: float, h: float) -> np.ndarray:
     return lfilter([1 - late, late - decay], [1.0, -decay], signal, zi=signal[..., :1] * late)[0]
 
 
+def delayed(u: np.ndarray, h: float, dead_time: float, before: float) -> np.ndarray:
+    """Mean over each step of `h` s of a command that arrives `dead_time` s later, V.
+
+    `u`, V, is the command's mean over each step. It was `before`, V, until then, and its last value holds.
+    """
+    boundary = np.arange(len(u) + 1) * h
+    integral = np.concatenate([[0.0], np.cumsum(u)]) * h
+    sent, after = boundary - dead_time, boundary[-1]
+    late = np.interp(sent, boundary, integral)
+    late += np.minimum(sent, 0.0) * before + np.maximum(sent - after, 0.0) * u[-1]
+    return np.diff(late) / h
+
+
+def following(u: np.ndarray, h: float, lag: float, before: float) -> np.ndarray:
+    """Mean over each step of `h` s of what follows `u`, held in each step, with a time constant; V.
+
+    `before` is where it starts.
+    """
+    decay = np.exp(-h / lag)
+    start, _ = lfilter([0.0, 1 - decay], [1.0, -decay], u, zi=[before])
+    return u + (start - u) * (lag / h) * (1 - decay)
+
+
 def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null: float) -> np.ndarray:
     """Command behind dead time, lag and null offset, V, as its mean over each step of `h` s; shape of `u`.
 
@@ -32,17 +56,23 @@ def valve_signal(u: np.ndarray, h: float, *, dead_time: float, lag: float, null:
     earlier), follows with the time constant `lag`, s, and is shut at the command `null`, V. Means over steps
     keep the integral of the command, and vary smoothly with all three numbers.
     """
-    boundary = np.arange(len(u) + 1) * h
-    integral = np.concatenate([[0.0], np.cumsum(u)]) * h
-    before, after = boundary - dead_time, boundary[-1]
-    late = np.interp(before, boundary, integral)
-    # Beyond the record the command is taken to hold.
-    late += np.minimum(before, 0.0) * u[0] + np.maximum(before - after, 0.0) * u[-1]
-    late = np.diff(late) / h
-    tau = max(lag, INSTANT)
-    decay = np.exp(-h / tau)
-    start, _ = lfilter([0.0, 1 - decay], [1.0, -decay], late, zi=[late[0]])
-    return late + (start - late) * (tau / h) * (1 - decay) - null
+    late = delayed(u, h, dead_time, u[0])
+    return following(late, h, max(lag, INSTANT), late[0]) - null
+
+
+def outside(opening: np.ndarray, dead_band: float) -> np.ndarray:
+    """Opening less the dead band to either side, V; 0 within it."""
+    return np.sign(opening) * np.maximum(np.abs(opening) - dead_band, 0.0)
+
+
+def opened(u: np.ndarray, h: float, dynamics: ValveDynamics) -> np.ndarray:
+    """Opening of a valve with dynamics, V, as its mean over each step of `h` s, in the order of the exports.
+
+    `u` is the limited command, V, held in each step. As in the exports, opening and command are 0 V before.
+    """
+    spool = delayed(u, h, dynamics.dead_time, 0.0) if dynamics.dead_time else u
+    spool = following(spool, h, dynamics.lag, 0.0) if dynamics.lag else spool
+    return outside(spool - dynamics.null, dynamics.dead_band)
 
 
 def largest_command(u: np.ndarray, plant: Plant) -> float:
@@ -72,7 +102,7 @@ def behind_valve(u: np.ndarray, h: float, valve: dict[str, float], largest: floa
     if play := valve.get("hysteresis", 0.0):
         opening = np.array(list(accumulate(opening.tolist(), lambda at, v: min(max(at, v - play), v + play))))
     if band := valve.get("dead_band", 0.0):
-        opening = np.sign(opening) * np.maximum(np.abs(opening) - band, 0.0)
+        opening = outside(opening, band)
     if "curve_half" in valve:
         opening = np.sign(opening) * largest * valve_curve(valve, np.abs(opening) / largest)
     return np.broadcast_to(opening[:, None], u.shape)

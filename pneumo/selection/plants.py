@@ -5,11 +5,13 @@ from pathlib import Path
 
 from pneumo.catalogue import default_conductance, measured_bores, measured_cylinders
 from pneumo.configuration.experiment import Plant, Study
-from pneumo.configuration.parameters import load, study
+from pneumo.configuration.parameters import configured_dynamics, load, study
+from pneumo.configuration.schema import Configuration
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Cylinder
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.valve import AIR, Conditions, Gas, Valve, sonic_coefficient
+from pneumo.physics.valve_dynamics import ValveDynamics
 
 OTHER_GAS = 0.005  # relative difference from the choked flow of air above which a note gives it
 WEAK = 0.01  # fraction of the valve's full opening below which a signal hardly moves a piston
@@ -152,7 +154,7 @@ def _notes_on_levels(study: Study) -> list[str]:
 def load_plant(file: Path | str, cylinder: str | None = None) -> Plant:
     """Plant of a configuration, such as the one that `pneumo init` or `pneumo fit` writes.
 
-    `cylinder` may be omitted if the file has only one.
+    `cylinder` may be omitted if the file has only one. A plant does not include `valve_dynamics`.
 
     Raises
     ------
@@ -160,6 +162,21 @@ def load_plant(file: Path | str, cylinder: str | None = None) -> Plant:
         If the file cannot be read or used, or leaves open which cylinder is meant.
     """
     return configured_plant(study(load(file)), cylinder)
+
+
+def load_rig(file: Path | str) -> tuple[Plant, ValveDynamics]:
+    """Plant of a configuration's only cylinder, as `load_plant` does, and the dynamics of its valve."""
+    return configured_rig(load(file))[1:]
+
+
+def configured_rig(
+    configuration: Configuration, cylinder: str | None = None, k_0: float | None = None
+) -> tuple[str, Plant, ValveDynamics]:
+    """Name and plant of a configured cylinder, by default of the only one, and the dynamics of its valve."""
+    configured = study(configuration)
+    plant = configured_plant(configured, cylinder, k_0)
+    name = cylinder or next(iter(configured.experiments.values())).cylinder
+    return name, plant, configured_dynamics(configuration, name)
 
 
 def configured_plant(configured: Study, cylinder: str | None = None, k_0: float | None = None) -> Plant:

@@ -14,6 +14,7 @@ from valve_paths import CURVE, FOUR, OVERLAP, STRAIGHT
 from valve_paths import plant as plant_with
 
 import pneumo
+from benchmarks.exported_strokes import template_plant as plant_of_template
 from pneumo import linearise
 from pneumo.equations.system import rates, step, system
 from pneumo.errors import InputError
@@ -25,6 +26,8 @@ FINE = 100  # steps of Python in one of C
 LATE = ValveDynamics(lag=4e-3, dead_time=5e-3, null=0.1, dead_band=0.3)
 AT_ONCE = LATE._replace(lag=0.0)
 PAPER = ROOT / "config/paper.yaml"
+
+template_plant = pytest.fixture(plant_of_template)
 
 
 @pytest.mark.parametrize("dynamics", [LATE, AT_ONCE, LATE._replace(dead_band=0.0)])
@@ -143,6 +146,34 @@ def test_runs_with_paths_of_their_own_are_those_of_python(name, tmp_path):
         failed, state = compiled.step(inputs, inputs, H, state)
         off = np.abs(state - known)
         assert not failed and off[[2, 4]].max() < 500 and off[[3, 5]].max() < 1
+
+
+@C_COMPILER
+@pytest.mark.parametrize(
+    ("dynamics", "command", "h", "end"),
+    [
+        (ValveDynamics(lag=0.02, null=0.5, dead_band=0.4), [1.0], 1e-3, 0.3),
+        (ValveDynamics(lag=0.02, dead_time=0.01, null=-0.5), [10.0], 1e-4, 0.07),  # opens beyond the limiter
+        (ValveDynamics(dead_time=0.01, null=0.2, dead_band=0.1), [1.0, -0.7], 1e-4, 0.15),
+    ],
+)
+def test_simulate_opens_a_valve_as_exports_do(dynamics, command, h, end, template_plant, tmp_path):
+    """An export has no dead time: its command is delayed. The piston moves, and has not met its stop."""
+    two_valves, steps = len(command) == 2, round(end / h)
+    given = np.tile(command if two_valves else command[0], (steps + 1, 1)).squeeze()
+    run = pneumo.simulate(template_plant, h, command=given, start="vented", dynamics=dynamics)
+    parts = {"piston": True, "dynamics": dynamics, "two_valves": two_valves}
+    compiled = CompiledModel("full", None, template_plant, tmp_path, **parts)
+    names = compiled.system.states
+    first = dict(zip(("x", "v", "P_A", "T_A", "P_B", "T_B"), run.recording.states[0].tolist(), strict=True))
+    state = [first.get(name, 0.0) for name in names]
+    for k in range(steps):
+        u = command if k >= round(dynamics.dead_time / h) else [0.0] * len(command)
+        failed, state = compiled.step([*u, 0.0], [*u, 0.0], h, state)
+        reached = dict(zip(names, state, strict=True))
+        assert not failed and abs(reached["x"] - run.x[k + 1]) < 1e-4
+        assert abs(reached["P_A"] - run.P_A[k + 1]) < 100 and abs(reached["P_B"] - run.P_B[k + 1]) < 100
+    assert run.x[0] + 5e-3 < run.x[-1] < template_plant.cylinder.x_max
 
 
 def test_a_linear_model_of_a_curve_has_its_slope():
