@@ -1,6 +1,9 @@
-"""Compile the core; all else about the package is in pyproject.toml."""
+"""Compile the core, and make README's links absolute; all else about the package is in pyproject.toml."""
 
 import os
+import re
+import tomllib
+from pathlib import Path
 
 from setuptools import setup
 from setuptools.command.build_ext import build_ext
@@ -28,7 +31,27 @@ class BuildCore(build_ext):
             ) from None
 
 
+def long_description():
+    """README as a package index shows it, where relative links lead nowhere.
+
+    They lead to the repository's address in pyproject.toml; without one, links become their words.
+    """
+    project = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]
+    address = project["urls"].get("Repository")
+    readme = re.sub(r"<!--.*?-->\n", "", Path("README.md").read_text(encoding="utf-8"))
+
+    def absolute(match):
+        image, words, target = match.groups()
+        if address:
+            return f"{image}[{words}]({address}/{'raw' if image else 'blob'}/v{project['version']}/{target})"
+        return "" if image else words
+
+    return re.sub(r"(!?)\[([^]]+)\]\((?!https?:)([^)#]+)\)", absolute, readme)
+
+
 setup(
+    long_description=long_description(),
+    long_description_content_type="text/markdown",
     cffi_modules=["pneumo/core/build.py:ffi"],
     cmdclass={"build_ext": BuildCore},
     options={"bdist_wheel": {"py_limited_api": "cp311"}},  # one wheel for all versions from 3.11 on

@@ -2,6 +2,7 @@
 """What `pip install` gives: every engineer's command and the public names, in an empty folder."""
 
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -47,6 +48,15 @@ COMMANDS = {  # in this order; what each prints or writes
 def dist() -> dict[str, Path]:
     """Sdist and the wheel built from it, by suffix."""
     return {file.suffix: file for file in (ROOT / "dist").iterdir()}
+
+
+def test_the_long_description_has_no_relative_link(dist):
+    with zipfile.ZipFile(dist[".whl"]) as wheel:
+        (metadata,) = (name for name in wheel.namelist() if name.endswith(".dist-info/METADATA"))
+        description = wheel.read(metadata).decode()
+    targets = re.findall(r"\]\(([^)]*)\)", description)
+    assert "## Reproduce the paper" in description and targets
+    assert [target for target in targets if not target.startswith("https://")] == []
 
 
 def test_the_sdist_holds_the_project_and_the_wheel_the_package_with_its_data_alone(dist):
