@@ -105,5 +105,8 @@ def test_factors_of_fitted_quantities_and_base_units_of_fmus_are_those_of_pint()
         shown = U.Quantity(1.0, spelled(quantity.unit)).m_as(spelled(quantity.shown_unit or quantity.unit))
         assert quantity.factor == pytest.approx(shown, rel=8 * EPS), quantity.name
     for name, powers in UNITS.items():
-        product = prod(U.Quantity(1.0, unit) ** power for unit, power in powers.items())
+        units = {unit: power for unit, power in powers.items() if unit != "factor"}
+        product = powers.get("factor", 1.0) * prod(
+            U.Quantity(1.0, unit) ** power for unit, power in units.items()
+        )
         assert product.m_as(spelled(name)) == pytest.approx(1.0, rel=8 * EPS), name
