@@ -99,6 +99,9 @@ def test_sensors_have_their_noise_resolution_and_sample_time(mine):
     assert steps == pytest.approx(np.round(steps), abs=1e-9)
     # Standard deviations of 501 readings: within 15 % in all but one of 10^5 seeds.
     assert np.std(error[:, 0]) == pytest.approx((1e-4**2 + 5e-5**2 / 12) ** 0.5, rel=0.15)
+    assert (
+        abs(np.mean(error[:, 0])) < 1.8e-5
+    )  # four standard deviations of the mean; rounding down has 2.5e-5
     assert np.std(error[:, 2]) == pytest.approx(500.0, rel=0.15)
     assert not error[:, [1, 3, 4, 5]].any()
 
