@@ -153,7 +153,7 @@ def test_runs_with_paths_of_their_own_are_those_of_python(name, tmp_path):
     ("dynamics", "command", "h", "end"),
     [
         (ValveDynamics(lag=0.02, null=0.5, dead_band=0.4), [1.0], 1e-3, 0.3),
-        (ValveDynamics(lag=0.02, dead_time=0.01, null=-0.5), [10.0], 1e-4, 0.07),  # opens beyond the limiter
+        (ValveDynamics(lag=4e-3, dead_time=0.01, null=-0.5), [10.0], 1e-4, 0.07),  # opens beyond the limiter
         (ValveDynamics(dead_time=0.01, null=0.2, dead_band=0.1), [1.0, -0.7], 1e-4, 0.15),
     ],
 )
