@@ -4,7 +4,7 @@
 #define EXPORT(name) __attribute__((export_name(#name))) name
 enum { MOST_STEPS = 20000, MOST_LANES = 80, MOST_HALVINGS = 6, MOST_PRESSURES = 100000 };
 
-static double numbers[33]; /* of the plant, in the order of its named tuples, without the valve's `paths` */
+static double numbers[34]; /* of the plant, in the order of its named tuples, without the valve's `paths` */
 static double reference[MOST_STEPS + 1], states[6 * (MOST_STEPS + 1)]; /* the first state is given */
 static double moments[4 * MOST_LANES], pressure[MOST_PRESSURES], psi[40]; /* psi: polynomial of the subsonic flow */
 static Lane lanes[MOST_LANES];
@@ -29,9 +29,9 @@ static Plant plant(void)
         .gas = {p[0], p[1], p[2], p[3], p[4] != 0},
         .valve = {.k_xu = p[5], .u_max = p[6], .laminar = p[7], .exhaust = p[8], .leak = p[9], .net_leak = p[10] != 0},
         .conditions = {p[11], p[12], p[13], p[14], p[15], p[16]},
-        .cylinder = {c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10] != 0, c[11], c[12]},
-        .k_0 = c[13],
-        .wall = {c[14], c[15]},
+        .cylinder = {c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10] != 0, c[11], c[12], c[13]},
+        .k_0 = c[14],
+        .wall = {c[15], c[16]},
     };
     return of_numbers;
 }

@@ -16,7 +16,7 @@ from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.equations.named_model import lane_for
 from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError, RunError, shown
-from pneumo.physics.cylinder import acceleration, motion, stopped
+from pneumo.physics.cylinder import acceleration, motion, stopped, with_spring
 from pneumo.physics.models import MODELS, Lane, Model, lane_array, temperature
 from pneumo.runs import OPEN_LOOP, State, start_state
 from pneumo.selection.plants import load_plant
@@ -101,7 +101,8 @@ def _reduced(plant: Plant, lane: Lane) -> Advance:
 
     def part(state: State, force: float, h: float) -> State:
         x, v, *before = state
-        dx, dv = motion(x, v, acceleration(v, state.P_A, state.P_B, force, cylinder), cylinder)
+        pushed = with_spring(force, x, cylinder)
+        dx, dv = motion(x, v, acceleration(v, state.P_A, state.P_B, pushed, cylinder), cylinder)
         x_end = min(max(x + h * (dx + h / 2 * dv), cylinder.x_min), cylinder.x_max)
         motions[:, 0] = x, x_end
         motions[:, 1] = dx, 2 * (x_end - x) / h - dx
@@ -112,7 +113,8 @@ def _reduced(plant: Plant, lane: Lane) -> Advance:
         if not (P_A > 0 and P_B > 0):
             return State(x_end, v, P_A, c.T_0, P_B, c.T_0)
         v_end = v + h * dv
-        _, dv_end = motion(x_end, v_end, acceleration(v_end, P_A, P_B, force, cylinder), cylinder)
+        pushed = with_spring(force, x_end, cylinder)
+        _, dv_end = motion(x_end, v_end, acceleration(v_end, P_A, P_B, pushed, cylinder), cylinder)
         x, v = stopped(x_end, v + h / 2 * (dv + dv_end), v, cylinder)
         T_A, T_B = (temperature(P, c.P_0, c.T_0, lane.a) for P in (P_A, P_B))
         return State(x, v, P_A, T_A, P_B, T_B)

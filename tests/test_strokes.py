@@ -8,10 +8,13 @@ import paper_equations as paper
 import pytest
 import xarray as xr
 from bad_input import assert_one_line
+from exported_c import C_COMPILER, CompiledModel
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from valve_paths import BASE
 
 import pneumo
-from pneumo.configuration.parameters import load, study
+from pneumo.configuration.parameters import load, plant_of, study, validated
 from pneumo.runs import STARTS, State
 from pneumo.selection.plants import configured_plant
 
@@ -29,28 +32,45 @@ def iso_6358(C, b, P_u, P_d, T_u):
     return choked if P_d / P_u <= b else choked * math.sqrt(1 - ((P_d / P_u - b) / (1 - b)) ** 2)
 
 
-def stroke_by_scipy(C, plant, y_0, end):
-    """Arrival time and speed at the end of the stroke, and highest T_A, by Radau: first held, then moving."""
+def through_two(C_1, C_2, b, P_u, P_d, T_u):
+    """Mass flow through two restrictions, from the pressure between them at which both flows are equal."""
+
+    def excess(P):
+        return iso_6358(C_1, b, P_u, P, T_u) - iso_6358(C_2, b, P, P_d, T_u)
+
+    return iso_6358(C_2, b, brentq(excess, P_d, P_u, xtol=1e-6, rtol=1e-12), P_d, T_u)
+
+
+def stroke_by_scipy(C, plant, y_0, end, throttles=(None, None), spring=(0.0, 0.0), rtol=1e-10):
+    """Arrival time and speed at the end of the stroke, and highest T_A, by Radau: first held, then moving.
+
+    `throttles` are conductances at the ports for the air that leaves, `spring` is a preload and a rate.
+    """
     c, s, R, gamma = plant.cylinder, plant.conditions, 287.0, 1.4
     outward, way = y_0[0] < 0, math.copysign(1, end)
 
-    def chamber(supplied, area, V_d, x, v, P, T):
+    def chamber(supplied, area, V_d, x, v, P, T, throttle):
         P_port = s.P_s if supplied else s.P_atm
         m_in = iso_6358(C, 0.3, P_port, P, s.T_in) if P_port > P else 0.0
-        m_out = iso_6358(C, 0.3, P, P_port, T) if P_port < P else 0.0
+        m_out = 0.0
+        if P_port < P:
+            m_out = (
+                through_two(throttle, C, 0.3, P, P_port, T) if throttle else iso_6358(C, 0.3, P, P_port, T)
+            )
         V = V_d + area * (c.stroke / 2 + x)
         A_q, A_q0 = (math.pi * c.bore * (c.bore / 2 + c.stroke / 2 + at) for at in (x, 0.0))
         surroundings = s.T_amb, s.T_in, s.P_0, s.T_0, gamma, R
         return paper.full_order(P, T, V, area * v, m_in, m_out, *surroundings, plant.k_0, A_q, A_q0)
 
     def net_force(y):
-        _, v, P_A, _, P_B, _ = y
-        return P_A * c.A_A - P_B * c.A_B - s.P_atm * (c.A_A - c.A_B) - 60.0 * v - 10.0 * way
+        x, v, P_A, _, P_B, _ = y
+        pressed = P_A * c.A_A - P_B * c.A_B - s.P_atm * (c.A_A - c.A_B)
+        return pressed - spring[0] - spring[1] * (x + c.stroke / 2) - 60.0 * v - 10.0 * way
 
     def rates(_, y, moves):
         x, v, P_A, T_A, P_B, T_B = y
-        of_A = chamber(outward, c.A_A, c.V_d_A, x, v, P_A, T_A)
-        of_B = chamber(not outward, c.A_B, c.V_d_B, -x, -v, P_B, T_B)
+        of_A = chamber(outward, c.A_A, c.V_d_A, x, v, P_A, T_A, throttles[0])
+        of_B = chamber(not outward, c.A_B, c.V_d_B, -x, -v, P_B, T_B, throttles[1])
         return [v, net_force(y) / 3.0 * moves, *of_A, *of_B]
 
     def breaks_away(_, y, moves):
@@ -61,7 +81,7 @@ def stroke_by_scipy(C, plant, y_0, end):
 
     for event in (breaks_away, arrives):
         event.terminal, event.direction = True, 1
-    options = {"method": "Radau", "rtol": 1e-10, "atol": 1e-10}
+    options = {"method": "Radau", "rtol": rtol, "atol": rtol}
     held = solve_ivp(rates, (0, 5), y_0, events=breaks_away, args=(0,), **options)
     t, y = held.t[-1], held.y[:, -1]
     done = solve_ivp(rates, (t, 5), y, events=arrives, args=(1,), **options)
@@ -83,6 +103,40 @@ def test_stroke_agrees_with_scipy_within_a_thousandth(mine, start, conductance):
     assert stroke.distance == pytest.approx(math.copysign(0.16, u))
     until = run.t <= time
     assert run.T_A[until].max() == pytest.approx(T_A, abs=2.0)  # K; a peak between two samples
+
+
+THROTTLES = {"throttle_A_dm3_per_sbar": 0.2, "throttle_B_dm3_per_sbar": 0.15}
+DRIVES = [  # more keys of a cylinder, its rods in A and B, m, and the command, V
+    (THROTTLES | {"rod_A_mm": 10.0, "spring_N_per_m": 500.0, "spring_preload_N": 20.0}, (0.01, 0.01), 10.0),
+    ({"throttle_A_dm3_per_sbar": 0.5, "rod_mm": 0.0}, (0.0, 0.0), -10.0),
+    (THROTTLES, (0.0, 0.01), 4.0),
+]
+
+
+@C_COMPILER
+@pytest.mark.parametrize(("keys", "rods", "u"), DRIVES)
+def test_stroke_with_throttles_spring_and_through_rod_agrees_with_scipy(keys, rods, u, tmp_path):
+    """Runs and exported C; the two restrictions in series are solved for the pressure between them."""
+    content = {"cylinders": {"mine": BASE["cylinders"]["mine"] | keys}}
+    plant, end = plant_of(validated(BASE | content, ()), "open"), math.copysign(0.08, u)
+    areas = [math.pi / 4 * (0.025**2 - rod**2) for rod in rods]
+    assert pytest.approx(areas) == (plant.cylinder.A_A, plant.cylinder.A_B)
+    run = pneumo.simulate(plant, 1e-3, command=np.full(1501, u), start="extended" if u < 0 else "retracted")
+    y_0 = [run.x[0], 0.0, run.P_A[0], run.T_A[0], run.P_B[0], run.T_B[0]]
+    throttles = [keys.get(key) and 1e-8 * keys[key] for key in THROTTLES]
+    spring = keys.get("spring_preload_N", 0.0), keys.get("spring_N_per_m", 0.0)
+    C = 1.5e-8 * abs(u) / 10
+    time, speed, _ = stroke_by_scipy(C, plant, y_0, end, throttles, spring, rtol=1e-7)
+    assert run.strokes[0].time == pytest.approx(time, rel=5e-3)
+    assert run.strokes[0].end_speed == pytest.approx(speed, rel=1e-2)
+    compiled, h = CompiledModel("full", None, plant, tmp_path, piston=True), 2e-4
+    names, inputs, steps = ("x", "v", "P_A", "T_A", "P_B", "T_B"), [u, 0.0], 0
+    state = [y_0[names.index(name)] for name in compiled.system.states]
+    while state[0] != end and steps < 7500:
+        failed, state = compiled.step(inputs, inputs, h, state)
+        steps += 1
+        assert not failed
+    assert (steps - 0.5) * h == pytest.approx(time, rel=5e-3, abs=h / 2)
 
 
 def test_after_the_stroke_the_chambers_rest_at_their_ports(mine):

@@ -17,3 +17,11 @@ def plant(valve_B=None, **valve):
     section = ({} if "curve" in valve else {"C_dm3_per_sbar": 1.5}) | {"b": 0.3} | valve
     mine = BASE["cylinders"]["mine"] | {"valve": section} | ({"valve_B": valve_B} if valve_B else {})
     return plant_of(validated(BASE | {"cylinders": {"mine": mine}}, ()), "open")
+
+
+def throttled():
+    """Plant of the template with throttles at both ports, a through rod and a return spring."""
+    keys = {"throttle_A_dm3_per_sbar": 0.3, "throttle_B_dm3_per_sbar": 0.2, "rod_A_mm": 10.0}
+    keys |= {"spring_N_per_m": 500.0, "spring_preload_N": 20.0}
+    mine = BASE["cylinders"]["mine"] | keys
+    return plant_of(validated(BASE | {"cylinders": {"mine": mine}}, ()), "open")

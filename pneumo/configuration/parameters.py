@@ -31,7 +31,7 @@ from pneumo.configuration.schema import (
 from pneumo.configuration.schema_messages import error_line
 from pneumo.configuration.schema_parts import merged
 from pneumo.configuration.text_file import read_column
-from pneumo.configuration.valve_conversions import area_per_conductance
+from pneumo.configuration.valve_conversions import area_per_conductance, in_series
 from pneumo.errors import ConfigurationError, printable
 from pneumo.physics.cylinder import Cylinder, heat_area
 from pneumo.physics.equilibrium import equilibrium_pressure
@@ -186,6 +186,8 @@ def accuracy(
 
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+STRAIGHT = 3  # knots of a valve without a curve
+BENDS = (0.3, 0.6, 0.8, 1.0, 1.3, 1.7, 2.3, 3.3)  # of a throttle's C: conductances behind it, at knots
 DEAD_FRACTION = 0.1  # of the volume of half the stroke, as in Table 2
 
 
@@ -211,18 +213,23 @@ def _valve(section: CylinderSection, gas: Gas) -> Valve:
     area = area_per_conductance(gas)
     k_xu = catalogue.largest_C * area / u_max
     valve = Valve(k_xu, u_max, exhaust=catalogue.exhaust_ratio, leak=catalogue.leak_dm3_per_sbar * area)
-    if not (section.valve_B or catalogue.curve or catalogue.exhaust_b):
+    if not (section.valve_B or catalogue.curve or catalogue.exhaust_b or section.throttles):
         return valve
     # Own command of each chamber; chamber B of a valve that both share has the negative of its command.
     of_B = _paths(section.valve_B, u_max) if section.valve_B else _paths(catalogue, u_max, mirrored=True)
-    sides = _paths(catalogue, u_max), of_B
+    valves = catalogue, section.valve_B or catalogue
+    throttles = section.throttle_A_dm3_per_sbar, section.throttle_B_dm3_per_sbar
+    throttled = [
+        _throttled(side, throttle, of.exhaust_b or of.critical_ratio)
+        for side, throttle, of in zip((_paths(catalogue, u_max), of_B), throttles, valves, strict=True)
+    ]
+    sides = [side for side, _ in throttled]
     u = np.union1d(sides[0][0], sides[1][0])
     supply, exhaust = (
         tuple(tuple((np.interp(u, side[0], side[path]) * area / k_xu).tolist()) for side in sides)
         for path in (1, 2)
     )
-    valves = catalogue, section.valve_B or catalogue
-    b = tuple((of.critical_ratio, of.exhaust_b or of.critical_ratio) for of in valves)
+    b = tuple((of.critical_ratio, b_out) for of, (_, b_out) in zip(valves, throttled, strict=True))
     b = () if {*b[0], *b[1]} == {gas.critical_ratio} else b
     return valve._replace(paths=Paths(len(u), tuple(u.tolist()), supply, exhaust, b))
 
@@ -248,17 +255,48 @@ def _paths(valve: ValveSection, u_max: float, mirrored: bool = False) -> tuple[n
     return u, np.where(u > null, C, 0.0), ratio * np.where(u < null, C, 0.0)
 
 
+def with_one_b(plant: Plant, section: CylinderSection) -> Plant:
+    """Plant for replays with one critical ratio: paths behind a throttle get that of their valve.
+
+    Paths whose ratios differ by configuration keep them.
+    """
+    ratios = {b for v in (section.valve, section.valve_B) if v for b in (v.critical_ratio, v.exhaust_b) if b}
+    if not section.throttles or len(ratios) > 1:
+        return plant
+    return plant._replace(valve=plant.valve._replace(paths=plant.valve.paths._replace(b=())))
+
+
+def _throttled(
+    side: tuple[np.ndarray, ...], throttle: float | None, b: float
+) -> tuple[tuple[np.ndarray, ...], float]:
+    """Table of `_paths` with a throttle before the path to the exhaust, and b of that path fully open."""
+    if throttle is None:
+        return side, b
+    u, _, exhaust = side
+    if len(u) <= STRAIGHT:  # gets knots on the curve that its line becomes
+        fully, shut = u[np.argmax(exhaust)], u[exhaust == 0]
+        nearest = shut[np.argmin(np.abs(shut - fully))]
+        part = throttle * np.array(BENDS) / exhaust.max()
+        u = np.union1d(u, nearest + part[part < 1] * (fully - nearest))
+    supply, exhaust = (np.interp(u, side[0], path) for path in side[1:])
+    series = [in_series(throttle, C, b) if C else (0.0, b) for C in exhaust.tolist()]
+    return (u, supply, np.array([C for C, _ in series])), series[int(np.argmax(exhaust))][1]
+
+
 def _cylinder(s: CylinderSection, P_atm: float) -> Cylinder:
     bore, stroke, rod = s.bore_mm * 1e-3, s.stroke_mm * 1e-3, s.rod_mm * 1e-3
     area = pi * bore**2 / 4  # ASSUME: the paper's cylinders have no rod (Table 2's V_d and A_q say so)
     rod_area = pi * rod**2 / 4
+    rod_area_A = pi * ((s.rod_A_mm or 0.0) * 1e-3) ** 2 / 4
     V_d_A = DEAD_FRACTION * area * stroke / 2 if s.dead_volume_m3 is None else s.dead_volume_m3
     V_d_B = V_d_A if s.dead_volume_B_m3 is None else s.dead_volume_B_m3
+    spring = s.spring_N_per_m or 0.0
+    held = (s.spring_preload_N or 0.0) + spring * stroke / 2  # force of the spring in mid-stroke
     weight = s.mass_kg * STANDARD_GRAVITY * sin(radians(s.incline_deg))
     return Cylinder(
         bore=bore,
         stroke=stroke,
-        A_A=area,
+        A_A=area - rod_area_A,
         A_B=area - rod_area,
         V_d_A=V_d_A,
         V_d_B=V_d_B,
@@ -266,8 +304,9 @@ def _cylinder(s: CylinderSection, P_atm: float) -> Cylinder:
         k_f=s.friction_Ns_per_m,
         x_min=-stroke / 2,
         x_max=stroke / 2,
-        load=s.load_N - weight - rod_area * P_atm,
+        load=s.load_N - weight - (rod_area - rod_area_A) * P_atm - held,
         coulomb=s.coulomb_N,
+        spring=spring,
     )
 
 

@@ -54,17 +54,19 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
     c, s = plant.cylinder, plant.conditions
     # Full supply pressure on one side of the piston, the atmosphere on the other.
     out, back = c.A_A * s.P_s - c.A_B * s.P_atm + c.load, c.A_B * s.P_s - c.A_A * s.P_atm - c.load
-    force = min(out, back) - c.coulomb
+    bent = c.spring * c.stroke / 2  # more than in mid-stroke, at the end where the spring opposes
+    force = min(out, back) - bent - c.coulomb
     if force <= 0.0:
         air = (c.A_A if out < back else c.A_B) * (s.P_s - s.P_atm)
         against = {
             "load_N": abs(section.load_N),
             "mass_kg": abs(section.mass_kg * STANDARD_GRAVITY * sin(radians(section.incline_deg))),
             "coulomb_N": c.coulomb,
+            "spring_N_per_m": 2 * bent + (section.spring_preload_N or 0.0),
         }
         key = max(against, key=lambda key: against[key])
         reason = f"the piston cannot move {'out' if out < back else 'back'}: at P_s_Pa = {s.P_s:g} the air"
-        reason += f" pushes with {air:.3g} N, and load, weight and Coulomb friction hold it"
+        reason += f" pushes with {air:.3g} N, and load, weight, spring and Coulomb friction hold it"
         if key == "load_N":
             reason += "; is it a weight? then mass_kg and incline_deg"
         yield (key,), getattr(section, key), reason

@@ -296,7 +296,8 @@ class CylinderSection(Section):
     exactly_one = "k_x_k_u_m2_per_V", "valve"
     bore_mm: Number = key_of("diameter phi", gt=0, le=1000, uncertain=True)
     stroke_mm: Number = key_of("stroke l", gt=0, le=10000, uncertain=True)
-    rod_mm: Number = key_of("diameter of a single rod, in chamber B; 0: no rod", 0.0, ge=0, le=1000)
+    rod_mm: Number = key_of("diameter of the rod in chamber B; 0: no rod", 0.0, ge=0, le=1000)
+    rod_A_mm: Number | None = optional_key("through rod: its diameter in chamber A", ge=0, le=1000)
     dead_volume_m3: Annotated[Number | None, Unknown] = key_of(
         "dead volume V_d of each chamber with its tube, or unknown: 10 % of half the stroke, × or ÷ 2.5",
         None,
@@ -312,6 +313,19 @@ class CylinderSection(Section):
     coulomb_N: Number = key_of("Coulomb friction", 0.0, ge=0, le=1e6)
     incline_deg: Number = key_of("angle at which chamber A lifts the mass; 90: upwards", 0.0, ge=-90, le=90)
     load_N: Number = key_of("constant force, positive where it enlarges chamber A", 0.0, ge=-1e6, le=1e6)
+    spring_N_per_m: Number | None = optional_key(
+        "rate of a return spring, which pushes towards a smaller chamber A", gt=0, le=1e7
+    )
+    spring_preload_N: Number | None = optional_key(
+        "force of that spring where chamber A is smallest", ge=0, le=1e6
+    )
+    throttle_A_dm3_per_sbar: Number | None = optional_key(
+        "sonic conductance of a throttle with check valve at port A, for the air that leaves (meter-out); its"
+        " critical ratio is that of the valve",
+        gt=0,
+        le=1000,
+    )
+    throttle_B_dm3_per_sbar: Number | None = optional_key("the same at port B", gt=0, le=1000)
     k_x_k_u_m2_per_V: Number | None = key_of(
         "valve area per volt, with the flow of eq (1); or give the section valve",
         None,
@@ -336,6 +350,12 @@ class CylinderSection(Section):
     closed_loop: ClosedLoopSection | None = key_of("for experiments in closed loop", None)
     settling: SettlingSection | None = key_of("for settling runs, which only the paper's study makes", None)
 
+    @property
+    def throttles(self) -> dict[str, float]:
+        """Keys and conductances, dm^3/(s bar), of the throttles at the ports."""
+        given = {f"throttle_{side}_dm3_per_sbar" for side in "AB"} & self.model_fields_set
+        return {key: value for key in sorted(given) if (value := getattr(self, key)) is not None}
+
     @model_validator(mode="after")
     def _parts_that_fit(self) -> Self:
         if self.valve_B and not self.valve:
@@ -346,9 +366,13 @@ class CylinderSection(Section):
         for key in self.valve_B._uncertainties if self.valve_B else ():
             condition = "cannot have an uncertainty; that of the section valve is of both"
             raise conflict(getattr(self.valve_B, key), condition, ("valve_B", key))
-        if self.rod_mm >= self.bore_mm:
-            condition = f"must exceed rod_mm = {self.rod_mm:g}"
-            raise conflict(self.bore_mm, condition, ("bore_mm",), ("rod_mm",))
+        for key in ("rod_mm", "rod_A_mm"):
+            if (rod := getattr(self, key) or 0.0) >= self.bore_mm:
+                raise conflict(self.bore_mm, f"must exceed {key} = {rod:g}", ("bore_mm",), (key,))
+        if self.spring_preload_N is not None and self.spring_N_per_m is None:
+            raise conflict(None, "needed beside spring_preload_N", ("spring_N_per_m",))
+        if self.throttles and not self.valve:
+            raise conflict(None, f"needed beside {next(iter(self.throttles))}", ("valve",))
         if self.settling and self.settling.stop_mm <= -self.stroke_mm / 2:
             condition = f"must lie inside the half-stroke, above {-self.stroke_mm / 2:g}"
             raise conflict(self.settling.stop_mm, condition, ("settling", "stop_mm"), ("stroke_mm",))

@@ -58,6 +58,21 @@ def conductance(key: str, value: float, b: float) -> float:
     return value * conversion.to_C / (SECONDS * UPSTREAM * fraction)
 
 
+def in_series(C_1: float, C_2: float, b: float) -> tuple[float, float]:
+    """Conductance and critical ratio of two restrictions of the same b, air passing the first one first.
+
+    ISO 6358-3: the conductance is exact, from the sonic flow of the second or the first; with the critical
+    ratio, flows at a small drop of pressure are right.
+    """
+    if b * C_2 >= C_1:  # sonic in the first
+        C = C_1
+    else:
+        d, stiff = (1 - b) ** 2, 1 + ((1 - b) * C_2 / C_1) ** 2
+        between = (b + (b**2 - stiff * (b**2 - d)) ** 0.5) / stiff  # pressure between them, over that before
+        C = C_2 * between
+    return C, 1 - C**2 * (1 - b) * (1 / C_1**2 + 1 / C_2**2)
+
+
 def area_per_conductance(gas: Gas) -> float:
     """Area, m^2, that has the choked flow of air by eq (1) of a sonic conductance C of 1 dm^3/(s bar).
 

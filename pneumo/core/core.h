@@ -11,7 +11,7 @@ typedef struct { double P_s, P_atm, T_in, T_amb, P_0, T_0; } Conditions;
 typedef struct {
     double bore, stroke, A_A, A_B, V_d_A, V_d_B, M, k_f, x_min, x_max;
     bool rests;
-    double load, coulomb;
+    double load, coulomb, spring;
 } Cylinder;
 typedef struct { double e_A, e_PT; } WallLaw;
 typedef struct { Gas gas; Valve valve; Conditions conditions; Cylinder cylinder; double k_0; WallLaw wall; } Plant;

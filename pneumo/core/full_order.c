@@ -40,7 +40,7 @@ INLINE void full_order_rates(const double *y, int stage, const void *context, do
     const Lane lane = full_order(plant);
     (void)stage;
     double u = limited(command(d->reference, y[0], d->drive), plant->valve.u_max);
-    motion(y[0], y[1], acceleration(y[1], y[2], y[4], d->force, c), c, dy, dy + 1);
+    motion(y[0], y[1], acceleration(y[0], y[1], y[2], y[4], d->force, c), c, dy, dy + 1);
     chamber_rates(u, y[0], y[1], y[2], y[3], chamber_of(c, 0), plant, &lane, dy + 2);
     double u_B = own_command_of_B(u, d->u_B, plant->valve.u_max);
     chamber_rates(u_B, -y[0], -y[1], y[4], y[5], chamber_of(c, 1), plant, &lane, dy + 4);
@@ -77,7 +77,7 @@ static double step_near_port(double *y, const Driven *driven, double h, double *
     const Cylinder *c = &plant->cylinder;
     const double x = y[0], v = y[1], u_max = plant->valve.u_max;
     double dx, dv, dv_end, largest = 0;
-    motion(x, v, acceleration(v, y[2], y[4], driven->force, c), c, &dx, &dv);
+    motion(x, v, acceleration(x, v, y[2], y[4], driven->force, c), c, &dx, &dv);
     const double x_free = x + h * (dx + h / 2 * dv), x_end = larger(c->x_min, smaller(x_free, c->x_max));
     const double speed = (x_end - x) / h, bend = 2 * (speed - dx) / h;
     for (int i = 0; i <= STAGES; i++) {
@@ -93,7 +93,7 @@ static double step_near_port(double *y, const Driven *driven, double h, double *
         const Filling filling = {end, sign * x, sign * speed, h, chamber_of(c, side), plant};
         largest = larger(largest, implicit_step(y + 2 + 2 * side, &filling, first));
     }
-    motion(x_end, v + h * dv, acceleration(v + h * dv, y[2], y[4], driven->force, c), c, &dx, &dv_end);
+    motion(x_end, v + h * dv, acceleration(x_end, v + h * dv, y[2], y[4], driven->force, c), c, &dx, &dv_end);
     y[0] = x_end;
     y[1] = v + h / 2 * (dv + dv_end);
     stopped(y, y + 1, v, c);

@@ -27,7 +27,7 @@ static Lane with_k_0(const FilterModel *model, double ln_k_0) {
 static void model_rates(const double *y, double u, const Filter *f, double *dy) {
     const Cylinder *c = &f->plant->cylinder;
     const Lane lane = with_k_0(f->model, y[LN_K_0]);
-    motion(y[X_], y[V_], acceleration(y[V_], y[P_A], y[P_B], 0, c), c, dy, dy + 1);
+    motion(y[X_], y[V_], acceleration(y[X_], y[V_], y[P_A], y[P_B], 0, c), c, dy, dy + 1);
     for (int side = 0; side < 2; side++) {
         double sign = sign_of(side), rates[2];
         chamber_rates(sign * u, sign * y[X_], sign * y[V_], y[P_A + side], y[T_A + side], chamber_of(c, side), f->plant,
@@ -49,6 +49,7 @@ static void derivatives(const double *y, double u, const Filter *f, Matrix D, do
     model_rates(y, u, f, dy);
     memset(D, 0, sizeof(Matrix));
     D[X_][V_] = 1;
+    D[V_][X_] = -c->spring / c->M;
     D[V_][V_] = -c->k_f / c->M; /* of eq (3) in motion */
     D[V_][P_A] = c->A_A / c->M;
     D[V_][P_B] = -c->A_B / c->M;

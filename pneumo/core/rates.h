@@ -155,8 +155,8 @@ INLINE double beyond_coulomb(double F, double v, double coulomb) {
     return v > 0 || (v == 0 && F > 0) ? F - coulomb : F + coulomb;
 }
 
-INLINE double acceleration(double v, double P_A, double P_B, double force, const Cylinder *c) {
-    double F = P_A * c->A_A - P_B * c->A_B - c->k_f * v + force + c->load;
+INLINE double acceleration(double x, double v, double P_A, double P_B, double force, const Cylinder *c) {
+    double F = P_A * c->A_A - P_B * c->A_B - c->k_f * v + force + c->load - c->spring * x;
     if (c->coulomb != 0) F = beyond_coulomb(F, v, c->coulomb);
     return F / c->M; /* (3) */
 }

@@ -13,7 +13,17 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.valve_conversions import area_per_conductance
 from pneumo.equations.branches import Choice, choices
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import Chamber, Cylinder, Side, acceleration, heat_area, motion, stopped, volume
+from pneumo.physics.cylinder import (
+    Chamber,
+    Cylinder,
+    Side,
+    acceleration,
+    heat_area,
+    motion,
+    stopped,
+    volume,
+    with_spring,
+)
 from pneumo.physics.models import Model, lane, model_dP_dt, temperature
 from pneumo.physics.valve import Conditions, Gas, Paths, Valve, chamber_flows, limited, path_flows
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics, beyond_dead_band, opening_rate
@@ -181,7 +191,11 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
 def piston_equations(plant: Plant) -> Equations:
     """Equations of motion of the piston, eq (3), with the inputs (x, v, P_A, P_B, force)."""
     cylinder, equations = plant.cylinder, Equations()
-    equations.let("a", "m/s^2, eq (3)", lambda k: acceleration(k.v, k.P_A, k.P_B, k.force, cylinder))
+
+    def of_piston(k: Any) -> Any:
+        return acceleration(k.v, k.P_A, k.P_B, with_spring(k.force, k.x, cylinder), cylinder)
+
+    equations.let("a", "m/s^2, eq (3)", of_piston)
     equations.let("dx_dt dv_dt", "m/s, m/s^2; 0 on a stop", lambda k: motion(k.x, k.v, k.a, cylinder))
     return equations
 
@@ -346,6 +360,7 @@ CONSTANTS = {  # unit and meaning of each number, in the order of exports
     "x_max": ("m", "end stop where chamber B is smallest"),
     "load": ("N", "constant force towards a larger chamber A"),
     "coulomb": ("N", "Coulomb friction"),
+    "spring": ("N/m", "rate of a return spring, whose force in mid-stroke is part of the load"),
     "k_0": ("W/K", "thermal conductance of the wall at equilibrium, eq (12)"),
     "n": ("1", "polytropic index"),
 }

@@ -18,7 +18,7 @@ from typing import Any
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.equation_list import Equations
 from pneumo.physics.chamber import wall_conductance, wall_heat
-from pneumo.physics.cylinder import Chamber, Cylinder, heat_area, volume
+from pneumo.physics.cylinder import Chamber, Cylinder, heat_area, volume, with_spring
 from pneumo.physics.models import Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas, Valve, choked_flow, port_flows
 
@@ -302,8 +302,8 @@ def _started(F_before: Any, F_after: Any, s: Any, cylinder: Cylinder) -> Any:
     return 0.0
 
 
-def _net_force(P_A: Any, P_B: Any, force: Any, cylinder: Cylinder) -> Any:
-    F = P_A * cylinder.A_A - P_B * cylinder.A_B + force
+def _net_force(x: Any, P_A: Any, P_B: Any, force: Any, cylinder: Cylinder) -> Any:
+    F = P_A * cylinder.A_A - P_B * cylinder.A_B + with_spring(force, x, cylinder)
     return F + cylinder.load if cylinder.load else F
 
 
@@ -329,7 +329,7 @@ def piston_before(plant: Plant) -> Equations:
         at_end = max(fast**2 + 2 * (faster - fast) * room / k.s, 0.0) ** 0.5
         return end, min(2 * room / (fast + at_end), k.s), 2.0
 
-    equations.let("F_before", "N, eq (3)", lambda k: _net_force(k.P_A, k.P_B, k.force, cylinder))
+    equations.let("F_before", "N, eq (3)", lambda k: _net_force(k.x, k.P_A, k.P_B, k.force, cylinder))
     equations.let("v_free", "m/s, eq (3)", lambda k: _kicked(k.v, k.F_before, k.s, cylinder))
     equations.let("x_after s_part stop", "m, s, end stops", met)
     return equations
@@ -349,7 +349,7 @@ def piston_after(plant: Plant) -> Equations:
             return _started(k.F_before, k.F_after, k.s_part, cylinder)
         return _kicked(k.v, (k.F_before + k.F_after) / 2, k.s_part, cylinder)
 
-    force = lambda k: _net_force(k.P_A_after, k.P_B_after, k.force, cylinder)  # noqa: E731
+    force = lambda k: _net_force(k.x_after, k.P_A_after, k.P_B_after, k.force, cylinder)  # noqa: E731
     equations.let("F_after", "N, eq (3)", force)
     equations.let("v_after", "m/s, eq (3)", after)
     return equations

@@ -89,6 +89,7 @@ def c99(
         "f": precision,
         "suffix": suffix,
         "constants": constants,
+        "spring": bool(system.plant.cylinder.spring),
         "v_before": bool(system.plant.cylinder.coulomb),
         "lengths": {name: f"{value:g}{suffix}" for name, value in LENGTHS.items()},
         "stage": digits(STAGE) + suffix,

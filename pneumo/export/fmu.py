@@ -62,6 +62,7 @@ UNITS: dict[str, dict[str, float]] = {  # name: powers of the base units, and a 
     "K": {"K": 1},
     "K/s": {"K": 1, "s": -1},
     "N": {"kg": 1, "m": 1, "s": -2},
+    "N/m": {"kg": 1, "s": -2},
     "N s/m": {"kg": 1, "s": -1},
     "Pa": {"kg": 1, "m": -1, "s": -2},
     "Pa/s": {"kg": 1, "m": -1, "s": -3},
@@ -228,8 +229,12 @@ def platforms_note(content: bytes) -> str:
     """Line on the binaries of an FMU, and on how to get those for other platforms."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         paths = archive.namelist()
-    if len(_platforms(paths)) > 1:
-        return platforms_text(paths)
+    present = _platforms(paths)
+    if len(present) > 1:
+        third = "sources/fmi3.c" in paths
+        absent = [of.name for of in PLATFORMS if of not in present and (third or of.fmi_2)]
+        failed = f"; the compiler crashed for {', '.join(absent)}" if absent else ""
+        return platforms_text(paths) + failed
     return f"{platforms_text(paths)}; for Windows, macOS and Linux: pip install ziglang, and export again"
 
 
@@ -252,9 +257,10 @@ def _binaries(name: str, sources: dict[str, str], fmi: int) -> dict[str, bytes]:
                 library = f"model{of.suffix}"
                 command = [*compiler, *flags, "-o", library, *units, "-lm"]
                 ran = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+                if ran.returncode and not ran.stderr.strip():
+                    continue  # a crash of the compiler, as of zig 0.17.1 for macOS
                 if ran.returncode:
-                    said = (ran.stderr.strip() or f"exit code {ran.returncode}").splitlines()[0]
-                    raise InputError(f"{' '.join(compiler[:3])}: {said}")
+                    raise InputError(f"{' '.join(compiler[:3])}: {ran.stderr.strip().splitlines()[0]}")
                 binaries[f"binaries/{place}/{name}{of.suffix}"] = (Path(folder) / library).read_bytes()
     return binaries
 

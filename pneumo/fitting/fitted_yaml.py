@@ -182,10 +182,10 @@ def _put_valves(
 ) -> None:
     """Put fitted flows and b into the valves; those of both chambers change by the same factors."""
     fitted = {name: written[name].value for name in ("k_xu", "exhaust", "b") if name in written}
+    flow = fitted.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu
+    exhaust = fitted.get("exhaust", plant.valve.exhaust) / plant.valve.exhaust
     for key in section.keys() & {"valve", "valve_B"}:
         changed, curve, valve = section[key], section[key].get("curve"), getattr(before, key)
-        flow = fitted.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu
-        exhaust = fitted.get("exhaust", plant.valve.exhaust) / plant.valve.exhaust
         if curve:
             for column in curve.keys() - {"u_V"}:
                 factor = flow * exhaust if column.startswith("exhaust") else flow
@@ -198,6 +198,8 @@ def _put_valves(
         if "b" in fitted:
             for name in {"b"} | ({"exhaust_b"} & changed.keys()):
                 changed[name] = _rounded(fitted["b"])
+    for key, C in before.throttles.items():  # a fit scales a path to the exhaust as a whole
+        section[key] = _rounded(flow * exhaust * C)
 
 
 def _with_curve(

@@ -17,7 +17,7 @@ from markupsafe import escape
 from matplotlib.figure import Figure
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import accuracy, configured_dynamics, load, sonic_conductance
+from pneumo.configuration.parameters import accuracy, configured_dynamics, load, sonic_conductance, with_one_b
 from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
@@ -306,7 +306,7 @@ def fit(
     configured = in_SI(configuration)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     k_0 = next((e.plant.k_0 for e in configured.experiments.values() if e.cylinder == named), 1.0)
-    plant = configured_plant(configured, cylinder, k_0)
+    plant = with_one_b(configured_plant(configured, cylinder, k_0), configuration.cylinders[named])
     records = [
         read_record(file, configuration, cylinder, columns=columns, x_from=x_from, closed=closed)
         for file in ([record] if isinstance(record, Path | str | pd.DataFrame | xr.Dataset) else record)

@@ -29,6 +29,7 @@ class Cylinder(NamedTuple):
     rests: bool = True
     load: float = 0.0  #: constant force towards a larger chamber A, N, of gravity, of the atmosphere on a rod
     coulomb: float = 0.0  #: Coulomb friction, N, which holds a piston at rest while no greater force acts
+    spring: float = 0.0  #: rate of a return spring, N/m; `load` includes its force in mid-stroke
 
 
 class Side(IntEnum):
@@ -76,6 +77,11 @@ def wetted_area(V: Real, bore: Real) -> Real:
     V includes the dead volume.
     """
     return 4 * V / bore + pi / 2 * bore**2
+
+
+def with_spring(force: Real, x: Real, cylinder: Cylinder) -> Real:
+    """External force on the piston, N, with what a return spring adds to its force in mid-stroke."""
+    return force - cylinder.spring * x if cylinder.spring else force
 
 
 def acceleration(v: float, P_A: float, P_B: float, force: float, cylinder: Cylinder) -> float:

@@ -75,8 +75,9 @@ def plant(
     half = (1 + 1e-9) * c.stroke / 2
     if not -half <= c.x_min < c.x_max <= half:
         raise InputError(f"x_min = {c.x_min:g} m, x_max = {c.x_max:g} m: must ascend, within the stroke")
-    if not min(c.k_f, c.coulomb) >= 0:
-        raise InputError(f"k_f = {c.k_f:g}, coulomb = {c.coulomb:g}: must not be negative")
+    for name in ("k_f", "coulomb", "spring"):
+        if not getattr(c, name) >= 0:
+            raise InputError(f"{name} = {getattr(c, name):g}: must not be negative")
     if P_s <= P_atm:
         raise InputError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
     inlet = T_amb if T_in is None else T_in

@@ -208,6 +208,7 @@ def test_a_file_as_signal(tmp_path, monkeypatch):
 
 
 TWO_FLOWS = {"C_dm3_per_sbar": 1, "Q_n_l_per_min": 250, "b": 0.3}
+THROTTLE = {"throttle_B_dm3_per_sbar": 0.3}
 TWICE = {"k_p_V_per_m": 1, "variance_m2": 1e-4, "amplitude_mm": 10.0}
 ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
 
@@ -216,6 +217,10 @@ ABSENT = {"kind": "csv", "file": "nowhere.csv", "column": "u", "hold_s": 1}
     ("experiment", "changes", "line"),
     [
         ({}, {"rod_mm": 25.0}, "own.bore_mm = 25.0: must exceed rod_mm = 25"),
+        ({}, {"rod_A_mm": 25.0}, "own.bore_mm = 25.0: must exceed rod_A_mm = 25"),
+        ({}, {"spring_preload_N": 5.0}, "own.spring_N_per_m: missing; must be a number greater than 0"),
+        ({}, {"valve": None, "k_x_k_u_m2_per_V": 1e-7} | THROTTLE, "own.valve: missing; "),
+        ({}, {"throttle_A_dm3_per_sbar": 0.0}, "throttle_A_dm3_per_sbar = 0.0: must be a number greater"),
         ({}, {"k_x_k_u_m2_per_V": 1e-7}, "own.k_x_k_u_m2_per_V = 1e-07: conflicts with valve"),
         ({}, {"valve": None}, "k_x_k_u_m2_per_V: missing; must be a number greater than 0 and at most 0.01;"),
         ({}, {"valve": {"b": 0.3}}, "and at most 1000; or give Q_n_l_per_min, Q_nN_l_per_min, C_m3"),

@@ -31,6 +31,7 @@ def sources(**changes):
         ({"load_N": -400.0}, "the piston cannot move out: at P_s_Pa = 700000 the air pushes with 294 N"),
         ({"load_N": 300.0, "coulomb_N": 310.0}, "coulomb_N = 310.0: the piston cannot move back"),
         ({"coulomb_N": 10_000.0}, "coulomb_N = 10000.0: the piston cannot move"),
+        ({"spring_N_per_m": 2000.0}, "spring_N_per_m = 2000.0: the piston cannot move out"),
         ({"mass_kg": 40.0, "incline_deg": 90.0}, "mass_kg = 40.0: the piston cannot move out"),
         ({"bore_mm": 0.025, "rod_mm": 0.01}, "bore_mm = 0.025: below 1 mm; is it in metres?"),
         ({"valve": {"C_dm3_per_sbar": 350.0}}, "; is this a nominal flow in l/min? then Q_n_l_per_min"),

@@ -86,6 +86,12 @@ def test_c_estimates_as_the_filter_in_python(model, sensors, precision, plant, t
     assert max(off) < (1e-10 if precision == "double" else 5e-3)
 
 
+@C_COMPILER
+def test_both_observers_know_a_return_spring(plant, tmp_path):
+    sprung = plant._replace(cylinder=plant.cylinder._replace(spring=300.0))
+    test_c_estimates_as_the_filter_in_python("M8", "none", "double", sprung, tmp_path)
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from checkout import ROOT
 from exported_c import C_COMPILER, CompiledModel, run_test_program
-from valve_paths import CURVE, FOUR, OVERLAP, STRAIGHT
+from valve_paths import CURVE, FOUR, OVERLAP, STRAIGHT, throttled
 from valve_paths import plant as plant_with
 
 import pneumo
@@ -54,6 +54,7 @@ FORMS = {  # plant, None for the paper's, dynamics, and whether each chamber has
     "dead band": (None, AT_ONCE, False),
     "curve": (CURVED, PROPORTIONAL, False),
     "curves": (CURVED, LATE, True),
+    "throttles": (throttled(), LATE, False),
     "overlap": (plant_with(curve=OVERLAP), AT_ONCE, False),
     "four paths": (plant_with(valve_B=FOUR, exhaust_ratio=0.8, exhaust_b=0.4), PROPORTIONAL, True),
 }
