@@ -36,8 +36,8 @@ static double larger(double a, double b) {{ return a > b ? a : b; }}
 
 int main(void)
 {{
-    double k_xu, V_d, P_s, sign, shut, h;
-    while (scanf("%lf %lf %lf %lf %lf %lf", &k_xu, &V_d, &P_s, &sign, &shut, &h) == 6) {{
+    double C, V_d, P_s, sign, shut, h;
+    while (scanf("%lf %lf %lf %lf %lf %lf", &C, &V_d, &P_s, &sign, &shut, &h) == 6) {{
         {M}_parameters p = {M}_defaults;
         {sizes}
         double state[2][{M}_STATES] = {{{{0}}}}, off[2] = {{0, 0}}, t = 0;
@@ -95,13 +95,10 @@ def template_plant() -> Plant:
 
 def strokes(row: str, plant: Plant, h: float, cases: list[tuple[float, ...]]) -> list[Stroke]:
     """Strokes of a model, or of the full order, in steps of h s; cases are sizes and when the valve shuts."""
-    lines = list[str]()
-    for C, V_d, P_s, *motion in cases:
-        chosen = sized(plant, C, V_d, P_s)
-        lines.append(" ".join(f"{value!r}" for value in (chosen.valve.k_xu, V_d, P_s, *motion, h)))
+    lines = [" ".join(f"{value!r}" for value in (*case, h)) for case in cases]
     n = N if row in MODELS and MODELS[row].has_n else None
     files = exported(row, n, sized(plant, *cases[0][:3]), "c", piston=True)
-    sizes = "p.k_xu = k_xu, p.V_d_A = p.V_d_B = V_d, p.P_s = P_s;"
+    sizes = "p.C = C, p.V_d_A = p.V_d_B = V_d, p.P_s = P_s;"
     if b" P_0;" in files[f"{row}.h"]:
         sizes = f"p.P_0 *= P_s/p.P_s, {sizes}"
     with TemporaryDirectory() as folder:

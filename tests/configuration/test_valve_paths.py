@@ -86,7 +86,8 @@ def test_runs_and_replays_of_the_core_are_those_of_the_readable_equations():
         np.testing.assert_allclose(side_by_side, one_by_one, rtol=1e-6)
         for side in pneumo.physics.cylinder.Side:
             again = replay_lane(run, lane(MODELS["M8"], 1.3, 1.4), side)
-            np.testing.assert_allclose(side_by_side[1, side], again, rtol=1e-6)
+            # The core's steps are implicit near the pressure of an open port; the readable ones are not.
+            np.testing.assert_allclose(side_by_side[1, side], again, rtol=1e-5)
     rest = pneumo.simulate(plant(curve=OVERLAP), 1e-3, command=np.zeros(3001), start="rest")
     # Between supply and atmosphere, as a half-bridge.
     assert rest.P_A[-1] == pytest.approx(rest.P_B[-1], rel=0.01)

@@ -104,7 +104,7 @@ def test_every_parameter_of_a_rig_has_a_line_with_its_light_in_a_terminal(a_fit)
     assert "…" not in text and max(map(len, text.splitlines())) <= 80
     for row in rig_rows(fit):
         assert len(re.findall(rf"^ {re.escape(row[0])} .* green ", text, re.MULTILINE)) == 1
-    assert rig_rows(fit)[0][4] == "T_in"  # the last quantity moves most
+    assert rig_rows(fit)[0][4] == "offset P_B"  # the last quantity moves most
 
 
 def test_a_warning_colours_the_parameters_that_it_concerns_and_their_lines_name_it(a_fit):

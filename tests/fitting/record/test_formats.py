@@ -95,7 +95,7 @@ REFUSED = {
     "no time of a channel's length": (
         "a.mat",
         lambda: written.matlab(HALF),
-        ["no column P_A, P_B, u", "--columns '{"],
+        ["no column P_A, P_B, u", "--columns"],  # with two columns there is no mapping to propose
     ),
     "damaged": ("a.mat", b"MATLAB 5.0 MAT-file".ljust(200, b"?"), ["not a readable MATLAB file"]),
     "binary": ("a.dat", bytes(range(256)), ["not a text file", "CSV"]),

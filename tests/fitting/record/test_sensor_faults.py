@@ -1,6 +1,7 @@
 """An end of a sensor's range and a channel that has stopped are named, and a fit does not follow them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -91,7 +92,8 @@ def test_a_measured_supply_that_is_off_is_named(bench, plant, monkeypatch):
     high = read_measurement(bench[:2500].assign(P_s_Pa=bench["P_s_Pa"] + 20e3), plant)
     problem, found = fitted(high, plant)
     split = residuals(problem, found.theta)
-    (text,) = fit_warnings.cause_warnings(problem, split, problem.values(found.theta))
+    without_intervals = SimpleNamespace(values=problem.values(found.theta), low={}, high={})
+    (text,) = fit_warnings.cause_warnings(problem, split, without_intervals)
     assert text.startswith("an offset of") and "kPa of the sensor of P_s (--also offset_P_s" in text
     free = replace(problem, also=("offset_P_s",))
     assert free.values(fit(free).theta)["offset_P_s"] == pytest.approx(20e3, abs=2e3)

@@ -94,7 +94,7 @@ def test_a_gauge_pressure_is_above_the_rigs_surroundings_and_times_count_from_th
     ("t", "P", "said"),
     [
         ([0, 1, 2, 3, 4], [1, 1, np.nan, 1, 1], "column P_A: 4 numbers: must be at least 5"),
-        ([0, 1, 2, 2, 3], [1, 1, 1, 1, 1], "line 5, column t: '2.0': time of P_A must increase"),
+        ([0, 1, 2, 1.5, 3], [1, 1, 1, 1, 1], "line 5, column t: '1.5': time of P_A must increase"),
         ([0, 1, 2, np.nan, 3, 4], [1, 1, 1, 1, 1, 1], "line 5, column t: 'empty': must be a finite number"),
     ],
 )
