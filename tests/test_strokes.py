@@ -109,7 +109,8 @@ THROTTLES = {"throttle_A_dm3_per_sbar": 0.2, "throttle_B_dm3_per_sbar": 0.15}
 DRIVES = [  # more keys of a cylinder, its rods in A and B, m, and the command, V
     (THROTTLES | {"rod_A_mm": 10.0, "spring_N_per_m": 500.0, "spring_preload_N": 20.0}, (0.01, 0.01), 10.0),
     ({"throttle_A_dm3_per_sbar": 0.5, "rod_mm": 0.0}, (0.0, 0.0), -10.0),
-    (THROTTLES, (0.0, 0.01), 4.0),
+    ({"throttle_B_dm3_per_sbar": 1.5}, (0.0, 0.01), 10.0),  # as wide as the valve
+    ({"spring_N_per_m": 1000.0}, (0.0, 0.01), 10.0),
 ]
 
 
