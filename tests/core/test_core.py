@@ -1,6 +1,7 @@
 """The compiled core: its types, its elementary functions, its equations, and what its boundary refuses."""
 
 import math
+import os
 import re
 import subprocess
 import sys
@@ -247,7 +248,7 @@ def test_a_checkout_takes_an_installed_core_of_the_same_sources_or_says_how_to_c
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=folder,
-        env={"PYTHONPATH": str(ROOT)},
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
     )
