@@ -90,7 +90,7 @@ def bench_record(configuration: str, record: str) -> None:
 def test_commands_run_in_an_empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     commands = re.findall(r"^pneumo ([^#\n]+)", README, re.MULTILINE)
-    assert [command.split()[0] for command in commands] == ["init", "study", "fit", "export", "export"]
+    assert [command.split()[0] for command in commands] == ["init", "study", "fit", "export"]
     printed = ""
     for command in commands:
         if command.startswith("fit"):
