@@ -76,7 +76,7 @@ INLINE void repeat_near_port(Lanes *W, double inputs[7][4], double h, const Cons
         const double sign = sign_of(side);
         const Shared sh = shared_terms(side ? at[3] : at[0], sign * at[1], sign * at[2], side, k);
         const double port = sh.p_port, factor = GAMMA * h * k->psi[0] / sqrt(port);
-        double *restrict rate = W->k[side][0], *restrict now = W->now[side];
+        double *restrict rate = W->k[side][6], *restrict now = W->now[side]; /* the error needs the first six */
         Shared still = sh; /* at the port's pressure there is no flow */
         still.inward = still.outward = 0;
         for (int64_t i = 0; i < W->count; i++) W->p[i] = port;

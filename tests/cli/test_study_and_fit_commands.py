@@ -172,5 +172,8 @@ def test_what_was_fitted_is_studied_linearised_and_exported(inside, tmp_path):
     assert code == 0, err
     code, out, err = inside("export", "M7", *options, "--to", "matlab", "--config", "fitted.yaml")
     assert code == 0, err
-    k_xu = next(line for line in out.splitlines() if line.strip().startswith("k_xu"))
-    assert float(k_xu.split("=")[1].split(";")[0]) == pytest.approx(estimates["k_xu"], rel=1e-5)
+    conductance = next(
+        float(line.split()[2].rstrip(";")) for line in out.splitlines() if line.strip().startswith("C =")
+    )
+    fitted_valve = plant.valve._replace(k_xu=estimates["k_xu"])
+    assert conductance == pytest.approx(sonic_conductance(fitted_valve, plant.gas), rel=1e-5)

@@ -94,7 +94,7 @@ def test_the_test_program_of_structured_text_agrees_with_python(form):
     st = Block(*parsed(texts[1]), blocks=[parsed(texts[0])])
     st()
     assert st["passed"] and st["failures"] == 0
-    st.values["model"].values["k_xu"] *= 1.01
+    st.values["model"].values["c"] *= 1.01
     st()
     assert not st["passed"]
 
