@@ -42,7 +42,8 @@ from benchmarks.bench_rig import P_ATM, U_MAX, Rig, bench_record, drawn_rig, pur
 from benchmarks.disturbances import DISTURBANCES, Columns, scaled
 from benchmarks.fit_counts import ROOT, Outcome, for_the_page, summary, write
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import Accuracy, accuracy, load, study
+from pneumo.configuration.parameters import load, study
+from pneumo.configuration.priors import Accuracy, accuracy
 from pneumo.errors import InputError
 from pneumo.fitting.fit_result import FitResult
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -65,16 +66,16 @@ def imperfect(rig: Rig, known: Accuracy, rng: np.random.Generator) -> tuple[Rig,
         return float(rng.normal(0.0, size / LIMITS))
 
     supply = {
-        "P_atm_Pa": P_ATM * (1 + off(known.P_atm)),
-        "T_amb_K": rig.T_amb + off(known.T_amb),
-        "T_in_K": rig.T_amb + off(known.T_in),
+        "P_atm_Pa": P_ATM * (1 + off(known["P_atm"])),
+        "T_amb_K": rig.T_amb + off(known["T_amb"]),
+        "T_in_K": rig.T_amb + off(known["T_in"]),
     }
     guess = rig._replace(
-        b=float(np.clip(rig.b + off(known.b), 0.05, 0.6)),
-        exhaust=rig.exhaust * (1 + off(known.exhaust)),
-        P_s=rig.P_s * (1 + off(known.P_s)),
-        bore=rig.bore * (1 + off(known.bore)),
-        stroke=rig.stroke + off(known.stroke),
+        b=float(np.clip(rig.b + off(known["b"]), 0.05, 0.6)),
+        exhaust=rig.exhaust * (1 + off(known["exhaust"])),
+        P_s=rig.P_s * (1 + off(known["P_s"])),
+        bore=rig.bore * (1 + off(known["bore"])),
+        stroke=rig.stroke + off(known["stroke"]),
     )
     return guess, supply
 
@@ -82,10 +83,10 @@ def imperfect(rig: Rig, known: Accuracy, rng: np.random.Generator) -> tuple[Rig,
 def imperfect_sensors(columns: Columns, known: Accuracy, bits: int, rng: np.random.Generator) -> Columns:
     """Columns as sensors of the stated accuracy log them, quantised."""
     result, step = dict(columns), FULL_SCALE / 2**bits
-    x_zero, x_scale = (rng.normal(0.0, size / LIMITS) for size in (known.x_zero, known.x_scale))
+    x_zero, x_scale = (rng.normal(0.0, size / LIMITS) for size in (known["x_zero"], known["x_scale"]))
     result["x"] = columns["x"] * (1 + x_scale) + x_zero
     for name in ("P_A", "P_B", "P_s"):
-        P = columns[name] * (1 + rng.normal(0.0, known.P_gain / LIMITS))
+        P = columns[name] * (1 + rng.normal(0.0, known["P_gain_A"] / LIMITS))
         result[name] = np.round(P / step) * step
     return result
 

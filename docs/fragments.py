@@ -14,11 +14,11 @@ from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.text.markdown_tables import markdown_table as table
 from paper_verdict.errata import Erratum, read_errata
 from pneumo.cli.commands import app
-from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS, STARTS_OF_ONE, VALVE_CURVE
 from pneumo.fitting.record.formats import FORMATS
 from pneumo.fitting.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
+from pneumo.quantities.table import PARAMETERS, STARTS, STARTS_OF_ONE, VALVE_CURVE
 
 ROOT = Path(__file__).parents[1]
 NUMBERS = Path(__file__).with_name("numbers.yaml")
@@ -93,14 +93,14 @@ def fitted_parameters() -> str:
     for name, row in PARAMETERS.items():
         if name in STARTS and name not in STARTS_OF_ONE:
             continue
-        unit = f"times `{row.search.times}`" if row.search.times else row.quantity.unit
-        if row.search.times == "A_q0":
+        unit = f"times `{row.times}`" if row.times else row.unit
+        if row.times == "A_q0":
             unit = f"W/(m² K) {unit}, the wall's area in mid-stroke"
-        bounds = f"{row.search.low:g} to {row.search.high:g} {unit}".removesuffix(" 1")
+        bounds = f"{row.low:g} to {row.high:g} {unit}".removesuffix(" 1")
         also = {"configured": "within its uncertainty; freely ", "cause": "", "curve": ""}.get(row.group)
         choice = VALVE_CURVE if row.group == "curve" else name
         fitted = "" if also is None else f"{also}with `--also {choice}`"
-        rows.append([f"`{name}`", row.quantity.name, bounds, fitted, f"`{row.key}`" if row.key else ""])
+        rows.append([f"`{name}`", row.name, bounds, fitted, f"`{row.key}`" if row.key else ""])
     return table(["parameter", "meaning", "searched", "fitted", "key of `fitted.yaml`"], rows)
 
 

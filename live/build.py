@@ -20,7 +20,7 @@ import numpy as np
 from pneumo.catalogue import GROWTH, coefficient_times_length, measured_bores
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION, load, sonic_conductance, study
-from pneumo.configuration.priors import LEAST_B, MOST_B, SIGMAS, Uncertain, uncertainties
+from pneumo.configuration.priors import SIGMAS, Uncertain, uncertainties
 from pneumo.configuration.valve_conversions import conductance
 from pneumo.core.build import FLAGS
 from pneumo.core.build import FOLDER as CORE
@@ -28,6 +28,7 @@ from pneumo.errors import InputError
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.publish.pages.page import LIVE_PAGE
+from pneumo.quantities.applied import LEAST_B, MOST_B
 from pneumo.selection.answer import model_cost
 from pneumo.selection.cylinder_ranking import (
     DRAWN_RUN,

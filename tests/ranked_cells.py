@@ -4,8 +4,8 @@ import numpy as np
 import xarray as xr
 
 from paper.study.paper_2006.paper_models import PAPER_MODELS
-from pneumo.configuration.priors import GROUPS
 from pneumo.physics.models import MODELS
+from pneumo.quantities.table import GROUPS
 from pneumo.selection.answer import Answer, answer
 from pneumo.selection.cylinder_ranking import ROWS
 from pneumo.statistics.error_budget import NOTHING

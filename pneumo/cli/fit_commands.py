@@ -10,7 +10,7 @@ import typer
 from typer import Argument, Option
 
 from pneumo.cli.options import MODELS_OF_FIT, Config, Cylinder, Trust, as_spelt, output_to, read_configuration
-from pneumo.fitting.fitted_parameters import CHOICES
+from pneumo.quantities.table import CHOICES
 
 RECORD = "record with t, u, x, P_A, P_B, optionally T, P_s: text, MATLAB, TDMS, MDF, Excel and more"
 Record = Annotated[Path, Argument(help=RECORD)]

@@ -124,67 +124,6 @@ def study(configuration: Configuration) -> Study:
     )
 
 
-class Accuracy(NamedTuple):
-    """Half-widths of 95 % intervals within which quantities of the rig are known.
-
-    Those without a unit in their comment are relative to the quantity.
-    """
-
-    b: float = 0.1  # absolute
-    exhaust: float = 0.05
-    P_s: float = 0.02
-    bore: float = 0.002
-    stroke: float = 0.5e-3  # m
-    V_d_A: float = 0.2
-    V_d_B: float = 0.2
-    x_zero: float = 0.5e-3  # m
-    x_scale: float = 1e-3
-    T_amb: float = 3.0  # K
-    T_in: float = 3.0  # K
-    P_atm: float = 0.02
-    P_gain: float = 1e-3  # of each pressure sensor
-    offset_A: float = 2e3  # Pa, of the sensor of P_A
-    offset_B: float = 2e3  # Pa
-
-
-def accuracy(
-    configuration: Configuration | None = None, position_shown: bool = True, cylinder: str | None = None
-) -> Accuracy:
-    """Accuracy of a cylinder's rig in SI units, as configured or by default.
-
-    `position_shown` says whether a record or configured dead volumes would reveal a wrong zero of x.
-    `cylinder` may be left out if there is only one.
-    """
-    known = Accuracy(x_zero=0.5e-3 if position_shown else 5e-3)
-    if configuration is None:
-        return known
-    section = configuration.cylinders[cylinder or next(iter(configuration.cylinders))]
-    valve, supply, sensors = section.valve, configuration.supply, configuration.sensors
-    given = {
-        "b": valve and valve.uncertainty("b"),
-        "exhaust": valve and valve.uncertainty("exhaust_ratio", relative=True),
-        "P_s": supply.uncertainty("P_s_Pa", relative=True),
-        "bore": section.uncertainty("bore_mm", relative=True),
-        "stroke": section.uncertainty("stroke_mm"),
-        "V_d_A": section.uncertainty("dead_volume_m3", relative=True),
-        "V_d_B": section.uncertainty("dead_volume_B_m3", relative=True)
-        or section.uncertainty("dead_volume_m3", relative=True),
-        "x_zero": sensors and sensors.x_zero_mm,
-        "x_scale": sensors and sensors.x_scale_percent,
-        "T_amb": supply.uncertainty("T_amb_K"),
-        "T_in": supply.uncertainty("T_in_K"),
-        "P_atm": supply.uncertainty("P_atm_Pa", relative=True),
-        "P_gain": sensors and sensors.P_gain_percent,
-        "offset_A": sensors and sensors.P_offset_kPa,
-        "offset_B": sensors and sensors.P_offset_kPa,
-    }
-    in_SI = {"stroke": 1e-3, "x_zero": 1e-3, "x_scale": 1e-2, "P_gain": 1e-2}  # others are
-    in_SI |= {"offset_A": 1e3, "offset_B": 1e3}
-    return known._replace(
-        **{name: value * in_SI.get(name, 1.0) for name, value in given.items() if value is not None}
-    )
-
-
 STANDARD_GRAVITY = 9.80665  # m/s^2
 STRAIGHT = 3  # knots of a valve without a curve
 BENDS = (0.3, 0.6, 0.8, 1.0, 1.3, 1.7, 2.3, 3.3)  # of a throttle's C: conductances behind it, at knots

@@ -1,7 +1,8 @@
-"""How well each quantity of a cylinder is known: one table, and the joint distribution of their deviations.
+"""How well each quantity of a cylinder is known, and the joint distribution of their deviations.
 
-Limits are half-widths of 95 % intervals: those of the configuration, else those of a fit, else priors for
-what nobody stated. Deviations are normal; of a factor, such as a conductance, its logarithm is.
+Limits are half-widths of 95 % intervals: those of the configuration, else those of a fit, else those of the
+table of quantities for what nobody stated. Deviations are normal; of a factor, such as a conductance, its
+logarithm is.
 """
 
 from collections.abc import Mapping
@@ -13,51 +14,71 @@ import numpy as np
 
 from pneumo.catalogue import conductance_factor
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import accuracy
 from pneumo.configuration.schema import Configuration, CylinderSection, ExperimentSection
 from pneumo.configuration.valve_conversions import CONVERSIONS, USUAL_B, conductance
+from pneumo.quantities.applied import LEAST_B, MOST_B, value_in, with_values
+from pneumo.quantities.table import GROUPS, QUANTITIES, STUDIED
 
 SIGMAS = 1.96  # half-width of a 95 % interval over the standard deviation
 K_0_FACTOR = 2.0  # of a given k_0: estimates of the same wall differ as much
 CATALOGUE_FLOW = 0.10  # of C as a data sheet prints it
 B_UNKNOWN = 0.15  # b from 0.15 to 0.45
-DEAD_VOLUME, DEAD_VOLUME_UNKNOWN = 0.20, log(2.5)  # as given, relative; as assumed where it is left out
-LEAST_B, MOST_B = 0.02, 0.95  # of a drawn valve
+DEAD_VOLUME_UNKNOWN = log(2.5)  # as assumed where it is left out
+ZERO_UNSEEN = 5e-3  # m, of the zero of x where neither stops nor dead volumes show it
+SI = {"mm": 1e-3, "percent": 1e-2, "kPa": 1e3}  # factors by the end of a key; others are in SI units
+Accuracy = Mapping[str, float]  # half-width of the 95 % interval by quantity, relative where the table's is
 
 
-class Quantity(NamedTuple):
-    """A quantity that may deviate from its configured value."""
-
-    group: str  #: quantities that one measurement would settle together
-    logarithmic: bool
-    part: str  #: of the plant, that has it
-    field: str  #: in this part
+def group_of(name: str) -> str:
+    """Group of a quantity of studies."""
+    return QUANTITIES[STUDIED[name]].study_group
 
 
-QUANTITIES = {
-    "C": Quantity("valve", True, "valve", "k_xu"),
-    "b": Quantity("valve", False, "gas", "critical_ratio"),
-    "exhaust": Quantity("valve", True, "valve", "exhaust"),
-    "V_d_A": Quantity("dead volumes", True, "cylinder", "V_d_A"),
-    "V_d_B": Quantity("dead volumes", True, "cylinder", "V_d_B"),
-    "k_0": Quantity("wall heat", True, "", "k_0"),
-    "P_s": Quantity("supply", True, "conditions", "P_s"),
-    "T_in": Quantity("supply", False, "conditions", "T_in"),  # K
-}
-GROUPS = tuple(dict.fromkeys(quantity.group for quantity in QUANTITIES.values()))
+def accuracy(
+    configuration: Configuration | None = None, position_shown: bool = True, cylinder: str | None = None
+) -> Accuracy:
+    """Accuracy of a cylinder's rig, SI units, as configured or as the table of quantities has it.
+
+    `position_shown` says whether a record or configured dead volumes would reveal a wrong zero of x.
+    `cylinder` may be left out if there is only one.
+    """
+    known = {name: quantity.accuracy for name, quantity in QUANTITIES.items() if quantity.accuracy}
+    if not position_shown:
+        known["x_zero"] = ZERO_UNSEEN
+    if configuration is None:
+        return known
+    cylinder = cylinder or next(iter(configuration.cylinders))
+    for name in known:
+        given = [_stated(configuration, cylinder, key, name) for key in QUANTITIES[name].stated]
+        known[name] = next((half for half in given if half is not None), known[name])
+    return known
+
+
+def _stated(configuration: Configuration, cylinder: str, path: str, name: str) -> float | None:
+    """Accuracy of a quantity that a key states: of the section sensors its number, else its uncertainty."""
+    first, *rest, key = path.split(".")
+    section: Any = getattr(configuration, first)
+    section = section[cylinder] if first == "cylinders" else section
+    for part in rest:
+        section = section and getattr(section, part)
+    if section is None:
+        return None
+    relative = QUANTITIES[name].relative and first != "sensors"
+    half = getattr(section, key) if first == "sensors" else section.uncertainty(key, relative=relative)
+    return half if half is None or relative else half * SI.get(key.rpartition("_")[2], 1.0)
 
 
 class Uncertain(NamedTuple):
     """Joint normal distribution of the deviations of a cylinder's quantities."""
 
-    names: tuple[str, ...]  #: of `QUANTITIES`
+    names: tuple[str, ...]  #: of `STUDIED`
     covariance: tuple[tuple[float, ...], ...]
     measured: Mapping[str, float] = MappingProxyType({})  #: by model, RMS error on data held out of a fit, Pa
 
     @property
     def groups(self) -> tuple[str, ...]:
         """Groups of the quantities, in the order of `GROUPS`."""
-        return tuple(group for group in GROUPS if any(QUANTITIES[name].group == group for name in self.names))
+        return tuple(group for group in GROUPS if any(group_of(name) == group for name in self.names))
 
     def half_width(self, name: str) -> float:
         """Half-width of a quantity's 95 % interval; of its logarithm for a factor."""
@@ -70,7 +91,7 @@ class Uncertain(NamedTuple):
         The others move with them as far as they are correlated. The rest, which would remain if the group
         were known, is independent of it (Matheron's rule).
         """
-        inside = np.array([QUANTITIES[name].group == group for name in self.names])
+        inside = np.array([group_of(name) == group for name in self.names])
         covariance = np.array(self.covariance)
         gain = np.linalg.pinv(covariance[np.ix_(inside, inside)]) @ covariance[inside]
         return deviations[:, inside] @ gain
@@ -78,7 +99,7 @@ class Uncertain(NamedTuple):
     def text(self, name: str) -> str:
         """Quantity with its limit, such as "C ± 10 %"."""
         half, name_shown = self.half_width(name), name.replace("V_d_", "V_d of ")
-        if not QUANTITIES[name].logarithmic:
+        if not QUANTITIES[STUDIED[name]].logarithmic:
             return f"{name_shown} ± {half:.2g}" + (" K" if name == "T_in" else "")
         return (
             f"{name_shown} ± {100 * expm1(half):.2g} %"
@@ -89,24 +110,15 @@ class Uncertain(NamedTuple):
 
 def plant_with(plant: Plant, names: tuple[str, ...], deviations: np.ndarray) -> Plant:
     """Plant whose quantities deviate, each by the entry of `deviations` at its place in `names`."""
-    for name, deviation in zip(names, deviations.tolist(), strict=True):
-        _, logarithmic, part, field = QUANTITIES[name]
-        holder: Any = getattr(plant, part) if part else plant
-        value = getattr(holder, field)
-        value = value * exp(deviation) if logarithmic else value + deviation
-        holder = holder.with_exhaust(value) if name == "exhaust" else holder._replace(**{field: value})
-        plant = plant._replace(**{part: holder}) if part else holder
-        if name == "b":
-            paths = plant.valve.paths
-            b = tuple(tuple(_possible_b(value + deviation) for value in side) for side in paths.b)
-            gas = plant.gas._replace(critical_ratio=_possible_b(plant.gas.critical_ratio))
-            plant = plant._replace(gas=gas, valve=plant.valve._replace(paths=paths._replace(b=b)))
+    values = dict[str, float]()
+    for name, deviation in zip(map(STUDIED.__getitem__, names), deviations.tolist(), strict=True):
+        value = value_in(plant, name)
+        values[name] = value * exp(deviation) if QUANTITIES[name].logarithmic else value + deviation
+    if "b" in values:
+        values["b"] = min(max(values["b"], LEAST_B), MOST_B)
+    plant = with_values(plant, values)
     c = plant.conditions
     return plant._replace(conditions=c._replace(P_s=max(c.P_s, 1.05 * c.P_atm)))
-
-
-def _possible_b(b: float) -> float:
-    return min(max(b, LEAST_B), MOST_B)
 
 
 def uncertainties(configuration: Configuration) -> dict[str, Uncertain]:
@@ -147,16 +159,15 @@ def _limits(configuration: Configuration, cylinder: str) -> dict[str, float]:
     flow, rule = where.uncertainty(key, relative=True), CONVERSIONS[key].within if valve else 0.0
     limits = {"C": log1p((CATALOGUE_FLOW**2 + rule**2) ** 0.5 if flow is None else flow)}
     if valve:
-        limits["b"] = B_UNKNOWN if valve.b is None else known.b
-    limits["exhaust"] = log1p(known.exhaust)
-    dead = DEAD_VOLUME_UNKNOWN if section.dead_volume_m3 is None else log1p(DEAD_VOLUME)
-    of_A = section.uncertainty("dead_volume_m3", relative=True)
-    of_B = section.uncertainty("dead_volume_B_m3", relative=True)
-    limits["V_d_A"] = dead if of_A is None else log1p(of_A)
-    limits["V_d_B"] = limits["V_d_A"] if of_B is None else log1p(of_B)
+        limits["b"] = B_UNKNOWN if valve.b is None else known["b"]
+    limits |= {name: log1p(known[name]) for name in ("exhaust", "V_d_A", "V_d_B")}
+    if section.dead_volume_m3 is None:
+        limits["V_d_A"] = DEAD_VOLUME_UNKNOWN
+    if section.dead_volume_m3 is None and section.dead_volume_B_m3 is None:
+        limits["V_d_B"] = DEAD_VOLUME_UNKNOWN
     walls = [e for e in configuration.experiments.values() if e.cylinder == cylinder]
     limits["k_0"] = max((_wall_limit(e, section) for e in walls), default=log(K_0_FACTOR))
-    limits |= {"P_s": log1p(known.P_s), "T_in": known.T_in}
+    limits |= {"P_s": log1p(known["P_s"]), "T_in": known["T_in"]}
     return {name: limit for name, limit in limits.items() if limit > 0}
 
 

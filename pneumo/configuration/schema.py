@@ -27,6 +27,7 @@ from pneumo.configuration.schema_parts import (
 )
 from pneumo.configuration.valve_conversions import CONVERSIONS, USUAL_B, conductance
 from pneumo.physics.valve import GASES
+from pneumo.quantities.table import STUDIED
 
 MOST_PERCENT = 50.0  # of an accuracy
 Percent = Annotated[Number, Field(gt=0, le=MOST_PERCENT)]
@@ -265,11 +266,17 @@ class ValveDynamicsSection(Section):
     dead_band_V: Number = key_of("command to either side of that in which it stays shut", 0.0, ge=0, le=1000)
 
 
+def _studied(name: str) -> str:
+    if name not in STUDIED:
+        raise conflict(name, f"must be one of {listed(STUDIED)}", ())
+    return name
+
+
 class FittedSection(Section):
     """Joint uncertainty of the quantities that a fit estimated, and each model's error on unseen data."""
 
-    quantities: list[Literal["C", "b", "exhaust", "V_d_A", "V_d_B", "k_0", "P_s", "T_in"]] = key_of(
-        "quantities, in the order of the covariance", max_length=8
+    quantities: list[Annotated[str, AfterValidator(_studied)]] = key_of(
+        f"quantities, in the order of the covariance: {', '.join(STUDIED)}", max_length=len(STUDIED)
     )
     covariance: list[list[Annotated[Number, Field(ge=-1e4, le=1e4)]]] = key_of(
         "of their logarithms; of b and T_in (K) themselves"

@@ -8,34 +8,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumo.configuration.parameters import Accuracy
+from pneumo.configuration.priors import Accuracy
 from pneumo.fitting.fit_problem import LIMITS, Problem, replayed_pressures
-from pneumo.fitting.fitted_parameters import CONFIGURED, SHIFTING, UNFITTED
 from pneumo.fitting.least_squares import Solution, inverse_curvature
+from pneumo.fitting.on_signals import misread
+from pneumo.quantities.applied import value_in, with_values
+from pneumo.quantities.table import CONFIGURED, QUANTITIES, SHIFTING, UNFITTED
 
 
-def changed(problem: Problem, known: Accuracy) -> tuple[Problem, ...]:
-    """Problems in which one quantity is off by its accuracy, for each of `UNFITTED`."""
-    plant, signals = problem.plant, problem.signals
-    c, air, wider = plant.cylinder, plant.conditions, 1 + known.bore
-    wide = c._replace(bore=c.bore * wider, A_A=c.A_A * wider**2, A_B=c.A_B * wider**2)
-    plants = (
-        plant._replace(cylinder=wide),
-        plant._replace(cylinder=c._replace(stroke=c.stroke + known.stroke)),
-        plant._replace(conditions=air._replace(T_amb=air.T_amb + known.T_amb)),
-        plant._replace(conditions=air._replace(P_atm=air.P_atm * (1 + known.P_atm))),
-    )
-    bore, stroke, T_amb, P_atm = (replace(problem, plant=other) for other in plants)
-    gains = 1 + known.P_gain * np.eye(2)[..., None]
-    P_s = signals.P_s if signals.P_s is None else signals.P_s * (1 + known.P_gain)
-    records = (
-        signals._replace(motion=signals.motion + np.array([known.x_zero, 0.0])),
-        signals._replace(motion=signals.motion * (1 + known.x_scale)),
-        *(signals._replace(P=signals.P * gain) for gain in gains),
-        signals._replace(P_s=P_s),
-    )
-    zero, scale, P_A, P_B, supply = (replace(problem, signals=other) for other in records)
-    return bore, stroke, zero, scale, T_amb, P_atm, P_A, P_B, supply
+def changed(problem: Problem, name: str, off: float) -> Problem:
+    """Problem in which one of `UNFITTED` is `off`, as `Accuracy` has it."""
+    quantity, plant = QUANTITIES[name], problem.plant
+    if not quantity.field:
+        return replace(problem, signals=misread(problem.signals, name, off))
+    value = value_in(plant, name)
+    value = value * (1 + off) if quantity.relative else value + off
+    return replace(problem, plant=with_values(plant, {name: value}))
 
 
 def changes_of(problem: Problem, best: Solution, known: Accuracy | None) -> np.ndarray:
@@ -50,7 +38,7 @@ def changes_of(problem: Problem, best: Solution, known: Accuracy | None) -> np.n
     if known is None:
         return np.zeros((len(UNFITTED), *problem.signals.P.shape))
     here = residual(problem)
-    others = [residual(other) - here for other in changed(problem, known)]
+    others = [residual(changed(problem, name, known[name])) - here for name in UNFITTED]
     return np.nan_to_num(np.array(others)) / problem.plant.conditions.P_s
 
 
@@ -70,7 +58,7 @@ def configured_shifts(
     for row, name in enumerate(CONFIGURED, len(UNFITTED)):
         if name in problem.names and known is not None:
             index = problem.names.index(name)
-            result[row] = inverse[:, index] * best.prior[index] * getattr(known, name)
+            result[row] = inverse[:, index] * best.prior[index] * known[name]
     # A parameter that the record does not determine gets no limit from what is configured.
     low, high = problem.bounds()
     return np.clip(result, low - high, high - low), misfit

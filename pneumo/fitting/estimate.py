@@ -7,11 +7,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import Accuracy
+from pneumo.configuration.priors import Accuracy
 from pneumo.fitting.configured_quantities import changes_of, configured_shifts
 from pneumo.fitting.fit_problem import LIMITS, Problem, fit, replayed_pressures, settled
 from pneumo.fitting.fit_result import Estimate, rms_of_chambers
-from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, REPORTED, STARTS, start_name
 from pneumo.fitting.least_squares import (
     Solution,
     correlation,
@@ -26,6 +25,7 @@ from pneumo.fitting.settings import LEVEL, MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.wall_laws import wall_law_fits
 from pneumo.physics.models import Model, Wall
+from pneumo.quantities.table import FULL_ORDER, PARAMETERS, REPORTED, STARTS, start_name
 
 ALONE_STEPS = 15  # of a search with one configured quantity free
 
@@ -132,7 +132,7 @@ def as_configured(
     held, allowed, inverse = dict[str, float](), 0.0, inverse_curvature(best)
     for i, name in enumerate(problem.names):
         ends = np.array([low.get(name, np.nan), high.get(name, np.nan)])
-        may_be_zero = PARAMETERS[name].group == "valve" or PARAMETERS[name].search.low == 0
+        may_be_zero = PARAMETERS[name].group == "valve" or PARAMETERS[name].low == 0
         value = 0.0 if may_be_zero else configured[name]
         left_open = may_be_zero or (PARAMETERS[name].key and np.isnan(ends).any())
         if name in low and left_open and not ends[0] > value and not ends[1] < value:

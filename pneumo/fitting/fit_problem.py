@@ -12,13 +12,19 @@ from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
 
 from pneumo.catalogue import default_conductance
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import Accuracy
+from pneumo.configuration.priors import Accuracy
 from pneumo.errors import InputError
-from pneumo.fitting.fitted_parameters import (
+from pneumo.fitting.least_squares import LeastSquares, Scale, Solution, solve
+from pneumo.fitting.on_signals import as_logged, leaked_volume, offsets, supply_at_valve, with_leak
+from pneumo.fitting.stage_signals import StageSignals
+from pneumo.fitting.valve_signal import behind_valve
+from pneumo.physics.cylinder import heat_area
+from pneumo.physics.models import Lane, Model, lane, lane_array
+from pneumo.quantities.applied import with_values
+from pneumo.quantities.table import (
     ALSO,
     CONFIGURED,
     FULL_ORDER,
@@ -28,18 +34,11 @@ from pneumo.fitting.fitted_parameters import (
     VALVE,
     start_name,
 )
-from pneumo.fitting.least_squares import LeastSquares, Scale, Solution, solve
-from pneumo.fitting.stage_signals import StageSignals
-from pneumo.fitting.valve_signal import behind_valve, lagged
-from pneumo.physics.cylinder import Side, chamber_of, heat_area
-from pneumo.physics.models import Lane, Model, lane, lane_array
-from pneumo.physics.valve import choked_flow
 from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
 ON_BOUND = 0.01  # of the distance between the bounds
-SUPPLY_LINE = 0.05  # s, time constant of the volume behind a supply that sags
 LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
 # Parameters that all sets of one replay have in common.
 OWN = ("T_in", "exhaust", "offset_A", "offset_B")
@@ -65,6 +64,12 @@ class Prior(NamedTuple):
     weight: float  # of the squared distance from it, where a residual of P_s counts 1
 
 
+def configured_value(plant: Plant, name: str) -> float:
+    """Value of a parameter at which a search starts: that of the plant, or of the table."""
+    start = PARAMETERS[name].start
+    return attrgetter(start)(plant) if isinstance(start, str) else start
+
+
 def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -> dict[str, Prior]:
     """Priors by name, for the `CONFIGURED` parameters that the full order fits.
 
@@ -75,9 +80,8 @@ def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -
     for name in CONFIGURED:
         if (name == "b" and not plant.gas.elliptic) or (name == "P_s" and signals.P_s is not None):
             continue
-        start = PARAMETERS[name].search.start
-        configured = attrgetter(start)(plant) if isinstance(start, str) else start
-        deviation = getattr(known, name) / LIMITS
+        configured = configured_value(plant, name)
+        deviation = known[name] / LIMITS
         if deviation == 0:  # known exactly
             continue
         weight = (noise / plant.conditions.P_s / deviation) ** 2
@@ -105,13 +109,13 @@ class Problem(LeastSquares):
         added = {*self.also, *self.priors}
         without = {*self.fixed, *STARTS} - {start_name(name, i) for name in STARTS_OF_ONE for i in starts}
         result: dict[str, Scale] = {}
-        for name, (_, search, group, *_) in PARAMETERS.items():
-            if name in without or not (name in added if name in ALSO else fitted.get(group, True)):
+        for name, row in PARAMETERS.items():
+            if name in without or not (name in added if name in ALSO else fitted.get(row.group, True)):
                 continue
-            size = attrgetter(search.times)(self.plant) if "." in search.times else 1.0
-            if search.times == "A_q0":
+            size = attrgetter(row.times)(self.plant) if "." in row.times else 1.0
+            if row.times == "A_q0":
                 size = heat_area(0.0, self.plant.cylinder)
-            result[name] = Scale(search.low * size, search.high * size, search.logarithmic)
+            result[name] = Scale(row.low * size, row.high * size, row.logarithmic)
         return result
 
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -158,8 +162,7 @@ class Problem(LeastSquares):
             P = self.signals.P[:, first : first + samples].mean(axis=1)
             values |= {start_name(f"start_{c}", i): P[side] for side, c in enumerate("AB")}
         for name in (name for name in self.names if name not in values):
-            start = PARAMETERS[name].search.start
-            values[name] = attrgetter(start)(self.plant) if isinstance(start, str) else start
+            values[name] = configured_value(self.plant, name)
         low, high = self.bounds()
         return np.clip(self.inner(values), low + SLOPE_STEP, high - SLOPE_STEP)
 
@@ -222,107 +225,6 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
     return result + np.array([offsets(value) for value in values])
 
 
-def opened(signals: StageSignals, values: dict[str, float]) -> StageSignals:
-    """Signals for a reduced model: command behind the fitted valve, pressures less the fitted offsets."""
-    P_s = None if signals.P_s is None else signals.P_s - values.get("offset_P_s", 0.0)
-    u = np.empty_like(signals.u)
-    for first, last in signals.pieces:
-        steps = slice(first * signals.stride, (last + 1) * signals.stride)
-        u[steps] = behind_valve(signals.u[steps], signals.h, values, signals.largest)
-    return signals._replace(u=u, P=signals.P - offsets(values), P_s=P_s)
-
-
-def supply_at_valve(
-    signals: StageSignals, u: np.ndarray, plant: Plant, value: dict[str, float]
-) -> np.ndarray | None:
-    """Supply pressure as measured, less its sensor's offset, or as configured, Pa, by (step, stage).
-
-    It falls by a fraction `sag` at the largest flow where `value` has one. None if it is as configured.
-    """
-    measured = None if signals.P_s is None else signals.P_s - value.get("offset_P_s", 0.0)
-    if "sag" not in value:
-        return measured
-    upstream = plant.conditions.P_s if measured is None else measured
-    return upstream * (1 - value["sag"] * flow_fraction(signals, u, plant))[:, None] * np.ones(u.shape)
-
-
-def flow_fraction(signals: StageSignals, u: np.ndarray, plant: Plant) -> np.ndarray:
-    """Flow from the supply over the largest, shape (step,), smoothed over `SUPPLY_LINE`.
-
-    It is that through the opening `u`, V, at the measured pressures.
-    """
-    steps = np.arange(len(u)) / signals.stride
-    A, B = (np.interp(steps, np.arange(signals.P.shape[1]), side) for side in signals.P)
-    ratio = np.where(u[:, 0] > 0, A, B) / plant.conditions.P_s
-    flow = np.abs(u[:, 0]) / plant.valve.u_max * subsonic(ratio, plant.gas.critical_ratio)
-    decay = np.exp(-signals.h / SUPPLY_LINE)
-    return np.asarray(lfilter([1 - decay], [1.0, -decay], flow))
-
-
-def subsonic(ratio: np.ndarray, b: float) -> np.ndarray:
-    """Flow over the choked flow by ISO 6358, at ratios of the pressures downstream and upstream."""
-    return np.sqrt(1 - np.clip((ratio - b) / (1 - b), 0.0, 1.0) ** 2)
-
-
-def leaked_volume(signals: StageSignals, plant: Plant, value: dict[str, float]) -> np.ndarray:
-    """Volume flow that leaks out of each chamber, m^3/s at the chamber's pressure, by (step, chamber).
-
-    Gas leaks past the piston and through both paths of the valve; the area of each leak is a fraction of the
-    configured valve's. Flows are computed at the measured pressures and T_amb.
-    """
-    c, gas = plant.conditions, plant.gas
-    steps = np.arange(len(signals.u)) / signals.stride
-    chambers = [np.interp(steps, np.arange(signals.P.shape[1]), side) for side in signals.P]
-    supply = np.full(len(steps), c.P_s) if signals.P_s is None else signals.P_s[:, 0]
-    sonic = choked_flow(plant.valve.k_xu * plant.valve.u_max, 1.0, c.T_amb, gas)  # over the pressure upstream
-
-    def mass_flow(P_1: np.ndarray, P_2: np.ndarray) -> np.ndarray:
-        """Mass flow from 1 to 2, kg/s."""
-        upstream = np.maximum(P_1, P_2)
-        ratio = np.minimum(P_1, P_2) / upstream
-        return np.sign(P_1 - P_2) * sonic * upstream * subsonic(ratio, gas.critical_ratio)
-
-    piston, valve = (value.get(name, 0.0) for name in ("piston_leak", "valve_leak"))
-    past = piston * mass_flow(*chambers)
-    outside = np.full(len(steps), c.P_atm)
-    flows = [
-        sign * past + valve * (mass_flow(P, outside) - mass_flow(supply, P))
-        for sign, P in zip((1.0, -1.0), chambers, strict=True)
-    ]
-    return np.stack([m * gas.R * c.T_amb / P for m, P in zip(flows, chambers, strict=True)], axis=-1)
-
-
-def with_leak(motion: np.ndarray, plant: Plant, leaked: np.ndarray, side: int) -> np.ndarray:
-    """Motion with a changed velocity that has the effect of a leak out of one chamber.
-
-    Air that leaks out lets the rest expand, as behind a moving piston: the rates of pressure and temperature
-    are the same. `leaked`, m^3/s, is from `leaked_volume`.
-    """
-    moved = motion.copy()
-    area = chamber_of(plant.cylinder, side).area
-    moved[..., 1] += Side(side).sign * (leaked[:, side] / area)[:, None]
-    return moved
-
-
-def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarray:
-    """Replayed pressures as a logger records them, Pa, with samples along the last axis.
-
-    They are earlier by `skew` and behind a filter with the time constant `filter`, both in s, where `value`
-    has them.
-    """
-    if skew := value.get("skew", 0.0):
-        last = P.shape[-1] - 1
-        at = np.clip(np.arange(last + 1) + skew / period, 0, last)
-        before = np.minimum(at.astype(int), last - 1)
-        P = P[..., before] + (at - before) * (P[..., before + 1] - P[..., before])
-    return lagged(P, value.get("filter", 0.0), period)
-
-
-def offsets(value: dict[str, float]) -> np.ndarray:
-    """Fitted offsets of the pressure sensors, Pa, shape (chamber, 1); zero where none is fitted."""
-    return np.array([[value.get(f"offset_{side}", 0.0)] for side in "AB"])
-
-
 def _lane(problem: Problem, value: dict[str, float]) -> Lane:
     """Lane of the model with n, k_xu as a multiple of the plant's, and k_0 as a multiple of 1 W/K."""
     row, k_xu = lane(problem.model, value.get("n", 1.0), problem.plant.gas.gamma), problem.plant.valve.k_xu
@@ -332,16 +234,9 @@ def _lane(problem: Problem, value: dict[str, float]) -> Lane:
     )
 
 
-def with_causes(plant: Plant, values: dict[str, float]) -> Plant:
+def with_causes(plant: Plant, values: Mapping[str, float]) -> Plant:
     """Plant with the parameters of `ALSO` that were fitted in place of the configured values."""
-    for name in ALSO:
-        start = PARAMETERS[name].search.start
-        if isinstance(start, str) and name in values:
-            part, number = start.split(".")
-            holder, value = getattr(plant, part), values[name]
-            changed = holder.with_exhaust(value) if name == "exhaust" else holder._replace(**{number: value})
-            plant = plant._replace(**{part: changed})
-    return plant
+    return with_values(plant, {name: values[name] for name in ALSO if name in values})
 
 
 def fit(

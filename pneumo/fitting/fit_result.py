@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pneumo.fitting.fitted_parameters import FULL_ORDER, QUANTITIES, SHIFTING, Quantity
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.settings import AS_GOOD
 from pneumo.physics.models import Wall
+from pneumo.quantities.table import FULL_ORDER, QUANTITIES, SHIFTING, Quantity
 from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
 

@@ -11,19 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import DEAD_FRACTION, Accuracy
+from pneumo.configuration.parameters import DEAD_FRACTION
+from pneumo.configuration.priors import Accuracy, accuracy
 from pneumo.fitting.circuits import circuit_text
 from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
-from pneumo.fitting.fitted_parameters import (
-    CAUSES,
-    CURVE,
-    PARAMETERS,
-    QUANTITIES,
-    STARTS,
-    VALVE_CURVE,
-    of_group,
-)
 from pneumo.fitting.position_checks import stated, stated_volume_warnings
 from pneumo.fitting.residuals import Residual, residuals
 from pneumo.fitting.settings import (
@@ -38,6 +30,15 @@ from pneumo.fitting.settings import (
     TOLERATED,
     UNLIKELY,
     VAGUE,
+)
+from pneumo.quantities.table import (
+    CAUSES,
+    CURVE,
+    PARAMETERS,
+    QUANTITIES,
+    STARTS,
+    VALVE_CURVE,
+    of_group,
 )
 
 CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
@@ -55,7 +56,7 @@ def fit_warnings(
     """
     name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
     of_chambers = dict(zip("AB", split, strict=True))
-    of_parameters = parameter_warnings(problem, estimate, known or Accuracy(), stops_shown)
+    of_parameters = parameter_warnings(problem, estimate, known or accuracy(), stops_shown)
     if name != FULL.name:
         return residual_warnings(name, of_chambers) + of_parameters
     least = ALLOWED * estimate.of_configuration

@@ -1,5 +1,7 @@
 """`fitted.yaml` of `pneumo fit`: a configuration of one cylinder with its fitted parameters."""
 
+from collections.abc import Mapping, Sequence
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -8,26 +10,23 @@ import yaml
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import sonic_conductance
-from pneumo.configuration.priors import QUANTITIES as UNCERTAIN
 from pneumo.configuration.priors import SIGMAS, Uncertain, uncertainties
-from pneumo.configuration.schema import Configuration, CylinderSection
+from pneumo.configuration.schema import Configuration, CylinderSection, ValveSection
 from pneumo.configuration.valve_conversions import CONVERSIONS
 from pneumo.errors import printable
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
-from pneumo.fitting.fitted_parameters import ALSO, CURVE, FULL_ORDER, PARAMETERS, QUANTITIES, of_group
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.valve_signal import KNOTS, largest_command, valve_curve
 from pneumo.physics.models import FULL_ORDER_WALLS
+from pneumo.quantities.table import CURVE, FULL_ORDER, QUANTITIES, STARTS, of_group
 from pneumo.statistics.intervals import Interval
 
 DIGITS = 6  # of the numbers written
 LONGEST_NAME = 40  # of a study
 SUFFIX = "-fitted"
-# Section and key by parameter.
-KEYS = {name: tuple(row.key.rsplit(".", 1)) for name, row in PARAMETERS.items() if row.key}
-DYNAMICS = "cylinders.valve_dynamics"
-UNCERTAIN_NAMES = {"k_xu": "C"}  # of fitted parameters that the table of uncertain quantities names otherwise
-NOTED = (*dict.fromkeys((*KEYS, *ALSO)), "k_0_A", "k_0_B", "leak")
+OF_SENSORS = ("offset_A", "offset_B", "offset_P_s", "skew", "filter")  # of the record, not of the rig
+DEAD_VOLUMES = of_group("dead volume")
+NOTED = tuple(name for name in QUANTITIES if name not in ("n", "T_A", "T_B", *STARTS))
 EXPORTED = {"n": "n", "k_0": "k0"}  # a reduced model's own parameters, and the options that take them
 
 
@@ -83,12 +82,17 @@ def fitted_configuration(
         content["supply"]["P_s_Pa"] = _rounded(supply)
         less = ", less its sensor's offset" if off else ""
         notes.append(f"supply = {supply / 1e3:.4g} kPa, the mean of its record{less}")
-    written = {name: interval for name, interval in estimates.items() if name not in held}
-    notes += _put_values(content, section, written, plant, fit)
+    written = {name: estimates[name] for name in NOTED if name in estimates and name not in held}
+    notes += _notes(section, written, plant, fit)
+    # No valve acts before its command: less than a sample is the clock's.
+    dead_time = written.get("dead_time")
+    early = ["dead_time"] if dead_time and -measured.period < dead_time.value < 0 else []
+    _put_values(content, section, written, plant, (*held, *early))
     _put_valves(section, configuration.cylinders[cylinder], written, plant)
-    if "valve" in section and written.keys() >= {*CURVE}:
+    if written.keys() >= {*CURVE}:
         curve = {name: written[name].value for name in CURVE}
-        section["valve"] = _with_curve(section["valve"], curve, fit, plant)
+        for key in section.keys() & {"valve", "valve_B"}:
+            section[key] = _with_curve(section[key], curve, fit, plant)
     if rig == FULL_ORDER:
         section["wall_law"] = next(name for name, wall in FULL_ORDER_WALLS.items() if wall == fit.wall)
     section["fitted"] = _fitted_section(fit, estimates, uncertainties(configuration)[cylinder])
@@ -132,69 +136,89 @@ def _best_model_lines(fit: FitResult) -> list[str]:
     return lines
 
 
+def _notes(
+    section: Mapping[str, Any], written: Mapping[str, Interval], plant: Plant, fit: FitResult
+) -> list[str]:
+    """Notes on the values written, and on those that the cylinder's `section` has no key for."""
+    lines = {name: _line(name, interval) for name, interval in written.items()}
+    lines |= {name: f"{lines[name]}, of the record's sensor" for name in OF_SENSORS if name in lines}
+    if "k_xu" in written and "curve" in section.get("valve", {}):
+        times = written["k_xu"].scaled(1 / plant.valve.k_xu)
+        lines["k_xu"] = f"conductances of the curve times {_text(times)}"
+    elif "k_xu" in written and "valve" in section:
+        end = fit.reached if written.keys() >= {*CURVE} else plant.valve.u_max
+        C = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu * end / plant.valve.u_max
+        lines["k_xu"] = f"C = {_text(written['k_xu'].scaled(C))} dm3/(s bar) at {end:.4g} V"
+    without = [name for name in written if name not in OF_SENSORS and not _has_key(name, section)]
+    headings = ", ".join(QUANTITIES[name].heading for name in without)
+    return [*lines.values(), *([f"  this configuration has no key for {headings}"] if without else [])]
+
+
+def _has_key(name: str, section: Mapping[str, Any]) -> bool:
+    """Whether a cylinder's `section` can have the value of a quantity."""
+    path = QUANTITIES[name].key.rpartition(".")[0]
+    if path == "cylinders.valve_B":
+        return "valve_B" in section or ("valve" in section and "curve" not in section["valve"])
+    return bool(path) and (path != "cylinders.valve" or "valve" in section)
+
+
 def _put_values(
     content: dict[str, Any],
     section: dict[str, Any],
-    written: dict[str, Interval],
+    written: Mapping[str, Interval],
     plant: Plant,
-    fit: FitResult,
-) -> list[str]:
-    """Put the fitted values, except k_0, under their keys of the configuration; return notes on them."""
-    period = float(np.diff(fit.data["t"].values[:2]).item())
-    end = largest_command(fit.fitted_commands, plant) if written.keys() >= {*CURVE} else plant.valve.u_max
-    sections = {"supply": content["supply"], "cylinders": section}
-    dynamics = sections[DYNAMICS] = section.pop("valve_dynamics", {})
-    dead_volumes = of_group("dead volume")
-    if written.keys() & {*dead_volumes}:  # else one key could change both chambers
-        section |= {KEYS[name][1]: getattr(plant.cylinder, name) for name in dead_volumes}
-    for name in fit.held(fit.model_of_rig):
-        dynamics.pop(KEYS.get(name, ("", ""))[1], None)
-    notes, without = list[str](), list[str]()
-    for name in (name for name in NOTED if name in written):
-        interval, (path, key), note = written[name], KEYS.get(name, ("", "")), _line(name, written[name])
-        if name == "k_xu" and "valve" in section:
-            path = "cylinders.valve"
-            if "curve" in section["valve"]:
-                note = f"conductances of the curve times {_text(interval.scaled(1 / plant.valve.k_xu))}"
-            else:
-                interval = interval.scaled(sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu)
-                note = f"C = {_text(interval.scaled(end / plant.valve.u_max))} dm3/(s bar) at {end:.4g} V"
-        notes.append(note)
-        if path == "cylinders.valve" and "valve" in section:
-            continue  # see `_put_valves`
-        # No valve acts before its command: less than a sample is the clock's.
-        early = name == "dead_time" and -period < interval.value < 0
-        if path == DYNAMICS and early:
-            dynamics.pop(key, None)
-        elif (target := sections.get(path)) is not None:
-            target[key] = _rounded(interval.value)
-        elif name in ("offset_A", "offset_B"):
-            notes[-1] += ", of the record's sensor"
-        elif path != "experiments" and not (name in CURVE and "valve" in section):
-            without.append(QUANTITIES[name].heading)
+    dropped: Sequence[str],
+) -> None:
+    """Put values under the keys of their rows, except k_0 and those of a valve with a section of its own.
+
+    Of the dynamics of the valve, those `dropped` are left out.
+    """
+    dynamics = section.pop("valve_dynamics", {})
+    sections = {"supply": content["supply"], "cylinders": section, "cylinders.valve_dynamics": dynamics}
+    keys = {name: QUANTITIES[name].key.rpartition(".")[::2] for name in (*written, *dropped, *DEAD_VOLUMES)}
+    if written.keys() & {*DEAD_VOLUMES}:  # else one key could change both chambers
+        section |= {keys[name][1]: getattr(plant.cylinder, name) for name in DEAD_VOLUMES}
+    for name in dropped:
+        dynamics.pop(keys[name][1], None)
+    values = {name: interval.value for name, interval in written.items() if name not in dropped}
+    if "A_B" in values:
+        values["A_B"] = 1e3 * max(plant.cylinder.bore**2 - 4 * values["A_B"] / pi, 0.0) ** 0.5  # of the rod
+    for name, value in values.items():
+        path, key = keys[name]
+        if path in sections and not (name == "k_xu" and "valve" in section):
+            sections[path][key] = _rounded(value)
     if dynamics:
         section["valve_dynamics"] = dynamics
-    return notes + ([f"  this configuration has no key for {', '.join(without)}"] if without else [])
 
 
 def _put_valves(
     section: dict[str, Any], before: CylinderSection, written: dict[str, Interval], plant: Plant
 ) -> None:
-    """Put fitted flows and b into the valves; those of both chambers change by the same factors."""
-    fitted = {name: written[name].value for name in ("k_xu", "exhaust", "b") if name in written}
+    """Put fitted flows and b into the valves; those of both chambers change by the same factors.
+
+    A fitted side of B beside that makes a valve of its own of it.
+    """
+    fitted = {name: interval.value for name, interval in written.items()}
     flow = fitted.get("k_xu", plant.valve.k_xu) / plant.valve.k_xu
     exhaust = fitted.get("exhaust", plant.valve.exhaust) / plant.valve.exhaust
+    if "C_B" in fitted and "valve_B" not in section and "curve" not in section.get("valve", {"curve": None}):
+        given = ValveSection.model_validate(section["valve"])  # without uncertainties, which are of both
+        keys = ((key, getattr(given, key)) for key in section["valve"])
+        section["valve_B"] = {key: value for key, value in keys if value is not None}
     for key in section.keys() & {"valve", "valve_B"}:
-        changed, curve, valve = section[key], section[key].get("curve"), getattr(before, key)
+        changed, curve, valve = section[key], section[key].get("curve"), getattr(before, key) or before.valve
+        times = flow * (fitted.get("C_B", 1.0) if key == "valve_B" else 1.0)
         if curve:
             for column in curve.keys() - {"u_V"}:
-                factor = flow * exhaust if column.startswith("exhaust") else flow
+                factor = times * exhaust if column.startswith("exhaust") else times
                 curve[column] = [_rounded(factor * C) for C in curve[column]]
-        elif fitted.keys() & {"k_xu", "b"}:
+        elif fitted.keys() & {"k_xu", "b", "C_B"}:
             rest = {name: value for name, value in changed.items() if name not in CONVERSIONS}
-            changed = section[key] = {"C_dm3_per_sbar": _rounded(flow * valve.largest_C)} | rest
+            changed = section[key] = {"C_dm3_per_sbar": _rounded(times * valve.largest_C)} | rest
         if "exhaust" in fitted and "exhaust_C_dm3_per_sbar" not in (curve or {}):
             changed["exhaust_ratio"] = _rounded(exhaust * valve.exhaust_ratio)
+        if leak := fitted.get("valve_leak"):  # over the configured valve
+            changed["leak_dm3_per_sbar"] = _rounded(leak * sonic_conductance(plant.valve, plant.gas))
         if "b" in fitted:
             for name in {"b"} | ({"exhaust_b"} & changed.keys()):
                 changed[name] = _rounded(fitted["b"])
@@ -226,15 +250,15 @@ def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Unce
     rig, deviations = fit.model_of_rig, dict[str, float]()
     related = fit.correlation(rig) if "correlation" in fit.data else pd.DataFrame()
     for name, (value, low, high) in estimates.items():
-        known_as = UNCERTAIN_NAMES.get(name, name)
-        if known_as not in UNCERTAIN:
+        known_as = QUANTITIES[name].study_name
+        if not known_as:
             continue
         ends = np.array([low, high])
         if name in fit.held(rig) or np.isnan(ends).all():
             if known_as in before.names:
                 deviations[name] = before.half_width(known_as) / SIGMAS
             continue
-        away = np.log(ends / value) if UNCERTAIN[known_as].logarithmic else ends - value
+        away = np.log(ends / value) if QUANTITIES[name].logarithmic else ends - value
         deviations[name] = np.nanmax(np.abs(away)) / SIGMAS  # draws are symmetric, and cover both ends
     names, widths = list(deviations), np.array(list(deviations.values()))
     correlation = related.reindex(index=names, columns=names).fillna(0.0).to_numpy(copy=True)
@@ -244,7 +268,7 @@ def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Unce
         for model, held_out in zip(fit.models, fit.data["rms_held_out"].values, strict=True)
     }
     return {
-        "quantities": [UNCERTAIN_NAMES.get(name, name) for name in names],
+        "quantities": [QUANTITIES[name].study_name for name in names],
         "covariance": [
             [float(f"{value:.12g}") for value in row]
             for row in (correlation * np.outer(widths, widths)).tolist()

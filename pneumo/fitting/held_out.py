@@ -9,16 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneumo.configuration.parameters import Accuracy
+from pneumo.configuration.priors import Accuracy
 from pneumo.fitting.configured_quantities import changes_of, configured_shifts
 from pneumo.fitting.estimate import first_pressures
 from pneumo.fitting.fit_problem import LIMITS, Problem, replayed_pressures
 from pneumo.fitting.fit_result import Estimate, FitWarning
 from pneumo.fitting.fit_warnings import moved_out
-from pneumo.fitting.fitted_parameters import STARTS
 from pneumo.fitting.least_squares import Solution, covariances, inverse_curvature, solution_at
 from pneumo.fitting.settings import ALLOWED, CHANGED
 from pneumo.fitting.stage_signals import StageSignals
+from pneumo.quantities.table import STARTS
 
 WINDOW = 0.1  # s, over which an error is averaged to see when it begins
 FEWEST = 5  # samples of a window

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pneumo.configuration.parameters import Accuracy
+from pneumo.configuration.priors import Accuracy
 from pneumo.fitting.fit_problem import Problem
 from pneumo.fitting.fit_result import AS_STATED, COMMANDS_END, Estimate, Light, first_words
-from pneumo.fitting.fitted_parameters import PARAMETERS, STARTS
 from pneumo.fitting.settings import OF_STATED, REACHED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
+from pneumo.quantities.table import PARAMETERS, STARTS
 from pneumo.statistics.intervals import Interval
 
 ADDS_LITTLE = "the record adds little to the stated accuracy"
@@ -25,7 +25,7 @@ def lights(
         low, high = estimate.low.get(name, np.nan), estimate.high.get(name, np.nan)
         doubts = [text for text, of in concerned if not of or name in of]
         prior = name in problem.priors and name not in problem.also
-        stated = 2 * getattr(known, name) if prior else np.inf
+        stated = 2 * known[name] if prior else np.inf
         if name not in STARTS:
             ends = Interval(estimate.values[name], low, high)
             result[name] = light_and_reason(name, ends, doubts, searched, stated)
@@ -42,11 +42,11 @@ def light_and_reason(
     no lower end. A parameter that is fitted within a stated accuracy is known that well in any case: it is
     "as stated" where the record adds little, or where the interval would be red else.
     """
-    search, low, high = PARAMETERS[name].search, ends.low, ends.high
-    low = 0.0 if search.low == 0 and np.isnan(low) else low
-    width = float(np.log(high / low)) if search.logarithmic and low > 0 else high - low
+    row, low, high = PARAMETERS[name], ends.low, ends.high
+    low = 0.0 if row.low == 0 and np.isnan(low) else low
+    width = float(np.log(high / low)) if row.logarithmic and low > 0 else high - low
     limits = VAGUE_PART * searched, ROUGH_PART * searched
-    vague, rough = np.log([VAGUE, ROUGH]) if search.logarithmic else limits
+    vague, rough = np.log([VAGUE, ROUGH]) if row.logarithmic else limits
     if not np.isfinite(width) or (not np.isfinite(stated) and width > vague):
         return "red", "open or too wide an interval"
     light: Light = "green"

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import Accuracy, accuracy
+from pneumo.configuration.priors import Accuracy, accuracy
 from pneumo.configuration.sampling import HELD, Sampling
 from pneumo.errors import InputError
 from pneumo.fitting.estimate import (
@@ -19,13 +19,13 @@ from pneumo.fitting.estimate import (
     ranked,
     split_of,
 )
-from pneumo.fitting.fit_problem import FULL, Problem, offsets, opened, priors, with_causes
+from pneumo.fitting.fit_problem import FULL, Problem, priors, with_causes
 from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
 from pneumo.fitting.fit_warnings import disagreements, doubtful, fit_warnings, undetermined_notes
-from pneumo.fitting.fitted_parameters import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
 from pneumo.fitting.held_out import held_out_warnings
 from pneumo.fitting.least_squares import covariances, expected_shifts, remainder_shifts
 from pneumo.fitting.lights import lights, within_commands
+from pneumo.fitting.on_signals import offsets, opened
 from pneumo.fitting.position_checks import dead_volume_notes, position_shown, stop_warnings, stops_of
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import residuals, sensor_noise
@@ -35,6 +35,7 @@ from pneumo.fitting.valve_signal import largest_command
 from pneumo.fitting.wall_laws import wall_law_notes
 from pneumo.physics.models import MODELS
 from pneumo.physics.valve_dynamics import ValveDynamics
+from pneumo.quantities.table import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
 
 CURVE_NOTE = (
     "the curve of the valve ends at the record's largest command, {:.3g} V; the valve's coefficient and C are"
@@ -111,7 +112,7 @@ def fit_measurement(
     if has_full:
         of_rig += held_out_warnings(judged, record, best, known)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
-    logarithmic = [name for name in judged.names if PARAMETERS[name].search.logarithmic]
+    logarithmic = [name for name in judged.names if PARAMETERS[name].logarithmic]
     judgements = lights(judged, best, known, of_rig) if has_full else {}
     if not plant.valve.paths.knots:  # its curve is stated
         judgements = within_commands(judgements, record.largest, plant.valve.u_max)

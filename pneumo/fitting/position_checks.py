@@ -9,7 +9,8 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import DEAD_FRACTION, Accuracy
+from pneumo.configuration.parameters import DEAD_FRACTION
+from pneumo.configuration.priors import Accuracy
 from pneumo.fitting.fit_result import Estimate, FitWarning
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import noise_of
@@ -72,7 +73,7 @@ def stop_warnings(
         return []
     largest = float(np.nanmax(np.abs(off)))
     moved = {side: largest * area / V for side, area, V in _sides(plant)}
-    expected = np.linalg.norm([known.x_zero, known.stroke / 2, known.x_scale * c.stroke / 2])
+    expected = np.linalg.norm([known["x_zero"], known["stroke"] / 2, known["x_scale"] * c.stroke / 2])
     if largest <= SURE * expected or max(moved.values()) <= MOVED:
         return []
     at, configured = (" and ".join(f"{MM * x:.4g}" for x in xs if np.isfinite(x)) for xs in (found, stops))
@@ -83,7 +84,10 @@ def stop_warnings(
         reason = reason_of(zero, longer, c.stroke)
     concerned = {f"V_d_{side}": None for side, *_ in _sides(plant)}
     if estimate is not None:
-        parts = {"the zero of x": (zero, known.x_zero), "the scale of x": (longer / c.stroke, known.x_scale)}
+        parts = {
+            "the zero of x": (zero, known["x_zero"]),
+            "the scale of x": (longer / c.stroke, known["x_scale"]),
+        }
         times = {name: error / stated for name, (error, stated) in parts.items() if stated}
         concerned |= dict.fromkeys(estimate.moved_out(times))
     effect = ", ".join(f"V_d of {side} by {100 * part:.0f} %" for side, part in moved.items())
@@ -103,7 +107,7 @@ def stated_volume_warnings(plant: Plant, estimate: Estimate, known: Accuracy, st
         for numbers in (estimate.values, estimate.low, estimate.high)
     )
     ratios = values / configured
-    stated_within = np.log1p([known.V_d_A, known.V_d_B])
+    stated_within = np.log1p([known["V_d_A"], known["V_d_B"]])
     off = np.abs(np.log(ratios)) > np.hypot(np.log(high / low) / 2, stated_within)
     if not off.any():
         return []
@@ -133,7 +137,7 @@ def dead_volume_notes(record: Measurement, plant: Plant, known: Accuracy) -> lis
     return [
         "a wrong zero or scale of x, or stroke, would not show: no dead volumes are configured, and the"
         f" piston does not rest on both stops; 1 mm of zero moves {each}, and intervals allow for"
-        f" {MM * known.x_zero:g} mm and {100 * known.x_scale:g} % of scale (section sensors)"
+        f" {MM * known['x_zero']:g} mm and {100 * known['x_scale']:g} % of scale (section sensors)"
     ]
 
 

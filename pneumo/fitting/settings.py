@@ -4,7 +4,6 @@
 LEVEL = 0.95  # of intervals
 PART = 0.6  # of a record that is fitted; the rest is held out
 MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more and takes gigabytes
-MOST_RECORDS = 8  # that are fitted together; each has its own starts
 PART_OF_RUNS = 0.25  # of a rig's pulses that are fitted
 FEW_POINTS = 200  # of a vessel's record, up to which every second point is held out in turn
 

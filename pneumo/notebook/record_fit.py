@@ -17,15 +17,15 @@ from markupsafe import escape
 from matplotlib.figure import Figure
 
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import accuracy, configured_dynamics, load, sonic_conductance, with_one_b
+from pneumo.configuration.parameters import configured_dynamics, load, sonic_conductance, with_one_b
 from pneumo.configuration.parameters import study as in_SI
+from pneumo.configuration.priors import accuracy
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.equations.named_model import model_row
 from pneumo.errors import InputError, printable
 from pneumo.fitting.closed.closed_fit import fit_closed
 from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
-from pneumo.fitting.fitted_parameters import FULL_ORDER
 from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.measurement_fit import fit_measurement, fitted_too, validation
 from pneumo.fitting.mistaken_columns import check_columns
@@ -42,6 +42,7 @@ from pneumo.notebook.export_model import export_model
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import pair_figure, residual_figure
 from pneumo.publish.pages.fit_page import fit_page
+from pneumo.quantities.table import FULL_ORDER
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import check_output, write_text
 

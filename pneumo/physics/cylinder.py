@@ -31,6 +31,11 @@ class Cylinder(NamedTuple):
     coulomb: float = 0.0  #: Coulomb friction, N, which holds a piston at rest while no greater force acts
     spring: float = 0.0  #: rate of a return spring, N/m; `load` includes its force in mid-stroke
 
+    def with_bore(self, bore: float) -> "Cylinder":
+        """Return the cylinder with another bore, and both areas changed in proportion to its square."""
+        wider = bore / self.bore
+        return self._replace(bore=bore, A_A=self.A_A * wider**2, A_B=self.A_B * wider**2)
+
 
 class Side(IntEnum):
     """Side of the piston, A or B; its value is the chamber's index in arrays, 0 or 1."""

@@ -13,10 +13,11 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Drive, Experiment, Plant, Study
-from pneumo.configuration.priors import GROUPS, Uncertain, plant_with
+from pneumo.configuration.priors import Uncertain, plant_with
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import InputError
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
+from pneumo.quantities.table import GROUPS
 from pneumo.simulation.full_order import Recording, record, recorded, thermal_time_constant
 from pneumo.simulation.replay import replay
 from pneumo.statistics.averages import best_n

@@ -15,9 +15,9 @@ from paper.study.stored_runs import from_json
 from pneumo import testing as some
 from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation, to_json
-from pneumo.configuration.parameters import accuracy, load, plant_of, sonic_conductance, study, validated
+from pneumo.configuration.parameters import load, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
-from pneumo.configuration.priors import conversion_notes, uncertainties
+from pneumo.configuration.priors import accuracy, conversion_notes, uncertainties
 from pneumo.configuration.schema_parts import merged
 from pneumo.errors import ConfigurationError
 from pneumo.physics.cylinder import heat_area
@@ -281,7 +281,7 @@ def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
     assert plants[0] == plants[1]
     again = validated(after.model_dump(exclude_unset=True), ())
     assert again.model_dump() == after.model_dump() and accuracy(again) == accuracy(after)
-    assert (accuracy(again).b, accuracy(again).stroke) == pytest.approx((0.05, 2e-4))
+    assert (accuracy(again)["b"], accuracy(again)["stroke"]) == pytest.approx((0.05, 2e-4))
 
 
 def test_each_stated_uncertainty_is_in_the_unit_that_a_fit_takes(tmp_path):
@@ -297,9 +297,10 @@ def test_each_stated_uncertainty_is_in_the_unit_that_a_fit_takes(tmp_path):
         encoding="utf-8",
     )
     found = accuracy(load(TEMPLATE, stated))
-    assert found._asdict() == pytest.approx(
+    assert found == pytest.approx(
         {"b": 0.03, "exhaust": 0.05, "P_s": 0.02, "bore": 0.0025, "stroke": 1.6e-3, "x_zero": 2e-3}
-        | {"x_scale": 5e-3, "T_amb": 2.0, "T_in": 3.0, "P_atm": 0.03, "P_gain": 3e-3}
+        | {"x_scale": 5e-3, "T_amb": 2.0, "T_in": 3.0, "P_atm": 0.03}
+        | {f"P_gain_{of}": 3e-3 for of in "ABs"}
         | {"V_d_A": 0.2, "V_d_B": 0.2, "offset_A": 4e3, "offset_B": 4e3}
     )
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumo.fitting.fit_problem import SUPPLY_LINE, as_logged, supply_at_valve
+from pneumo.fitting.on_signals import SUPPLY_LINE, as_logged, supply_at_valve
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.valve_signal import behind_valve, valve_signal
 

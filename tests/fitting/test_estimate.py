@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from synthetic_records import synthetic_record
 
-from pneumo.configuration.parameters import accuracy, load, study
+from pneumo.configuration.parameters import load, study
+from pneumo.configuration.priors import accuracy
 from pneumo.fitting.estimate import estimate, split_of
 from pneumo.fitting.fit_problem import FULL, Problem, fit, replayed_pressures, settled
 from pneumo.fitting.least_squares import covariances, expected_shifts, squares_at

@@ -9,7 +9,8 @@ import pytest
 from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo import simulate
-from pneumo.configuration.parameters import DEAD_FRACTION, accuracy, load, study
+from pneumo.configuration.parameters import DEAD_FRACTION, load, study
+from pneumo.configuration.priors import accuracy
 from pneumo.errors import InputError
 from pneumo.fitting.estimate import estimate, prediction, split_of
 from pneumo.fitting.fit_problem import FULL, LIMITS, Prior, Problem
@@ -21,12 +22,12 @@ from pneumo.fitting.fit_warnings import (
     parameter_warnings,
     undetermined_notes,
 )
-from pneumo.fitting.fitted_parameters import CHOICES, REPORTED
 from pneumo.fitting.held_out import held_out_warnings
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
+from pneumo.quantities.table import CHOICES, REPORTED
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 from pneumo.statistics.intervals import Interval

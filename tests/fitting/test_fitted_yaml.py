@@ -11,12 +11,12 @@ from pneumo.catalogue import default_conductance
 from pneumo.configuration.parameters import load, study
 from pneumo.configuration.priors import uncertainties
 from pneumo.fitting.fit_result import Estimate, FitResult, fit_data
-from pneumo.fitting.fitted_parameters import REPORTED
 from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.physics.models import wall_law
 from pneumo.physics.valve import chamber_flows
 from pneumo.publish.text.terminal_tables import rig_rows
+from pneumo.quantities.table import REPORTED
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 from pneumo.statistics.intervals import Interval

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pneumo.configuration.parameters import accuracy, load, study, validated
+from pneumo.configuration.parameters import load, study, validated
+from pneumo.configuration.priors import accuracy
 from pneumo.fitting.fit_result import Estimate
-from pneumo.fitting.fitted_parameters import SHIFTING
 from pneumo.fitting.position_checks import (
     dead_volume_notes,
     stated,
@@ -14,6 +14,7 @@ from pneumo.fitting.position_checks import (
     stops_of,
 )
 from pneumo.fitting.record.measurement import Measurement
+from pneumo.quantities.table import SHIFTING
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 
@@ -127,7 +128,7 @@ def test_dead_volumes_are_doubted_beyond_what_is_stated_and_only_those():
     content = load(TEMPLATE).model_dump(exclude_unset=True)
     content["cylinders"]["mine"]["dead_volume_m3"] = "4.1e-6 ± 40 %"
     known = accuracy(validated(content, []))
-    assert known.V_d_A == known.V_d_B == pytest.approx(0.4)
+    assert known["V_d_A"] == known["V_d_B"] == pytest.approx(0.4)
     assert stated_volume_warnings(STATED, found(shift, 0.0), known, True) == []
 
 

@@ -9,8 +9,8 @@ from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.configuration.parameters import study
 from pneumo.errors import InputError
-from pneumo.fitting.fitted_parameters import CURVE
 from pneumo.fitting.valve_signal import KNOTS, valve_curve
+from pneumo.quantities.table import CURVE
 from pneumo.selection.plants import configured_plant
 
 RIG = purpose_rig()._replace(bend=-0.15)  # a spool that opens late; the simulator shares no code with the fit

@@ -7,11 +7,11 @@ import pint
 import pytest
 
 from pneumo.export.fmu import UNITS
-from pneumo.fitting.fitted_parameters import QUANTITIES
 from pneumo.physics.chamber import dP_dt, dT_dt, wall_conductance, wall_heat
 from pneumo.physics.cylinder import Cylinder, acceleration, chamber_of, heat_area, volume
 from pneumo.physics.models import MODELS, lane, model_dP_dt, temperature
 from pneumo.physics.valve import Gas, choked_flow, mass_flow, sonic_coefficient
+from pneumo.quantities.table import QUANTITIES
 
 EPS = 2.0**-52
 U = pint.UnitRegistry()

@@ -12,7 +12,6 @@ from page_checks import assert_fit_for_a_phone, in_chromium
 from rich.console import Console
 
 from pneumo.fitting.fit_result import Estimate, FitResult, Light, estimates_data, fit_data
-from pneumo.fitting.fitted_parameters import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
 from pneumo.fitting.lights import ADDS_LITTLE, light_and_reason, within_commands
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.rig.rig_file import QUANTITIES as OF_RIG
@@ -28,6 +27,7 @@ from pneumo.publish.text.terminal_tables import (
     full_order_table,
     rig_rows,
 )
+from pneumo.quantities.table import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
 
 SAMPLES = 200
 

@@ -12,12 +12,12 @@ from rich.console import Console
 
 from pneumo.configuration.experiment import Study
 from pneumo.configuration.parameters import load, study
-from pneumo.configuration.priors import GROUPS
 from pneumo.publish.figures.study_figures import budget_bars, budget_figure, causes
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
 from pneumo.publish.text import terminal_tables
 from pneumo.publish.text.terminal_tables import budget_cells, budget_heads, ranking_rows
+from pneumo.quantities.table import GROUPS
 from pneumo.selection.cylinder_template import TEMPLATE
 
 pytestmark = pytest.mark.xdist_group("chromium")  # a page is made once, too

@@ -11,10 +11,11 @@ from ranked_cells import LEVEL, answered, made
 
 import pneumo
 from pneumo.configuration.parameters import load, study, validated
-from pneumo.configuration.priors import GROUPS, SIGMAS, Uncertain, plant_with, uncertainties
+from pneumo.configuration.priors import SIGMAS, Uncertain, plant_with, uncertainties
 from pneumo.configuration.valve_conversions import conductance
 from pneumo.errors import ConfigurationError
 from pneumo.physics.models import MODELS
+from pneumo.quantities.table import GROUPS
 from pneumo.selection.answer import export_command, model_cost
 from pneumo.selection.cylinder_ranking import (
     DRAWS,

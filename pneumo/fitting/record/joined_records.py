@@ -6,7 +6,7 @@ import numpy as np
 
 from pneumo.errors import InputError
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.fitting.settings import MOST_RECORDS
+from pneumo.quantities.table import MOST_RECORDS
 
 SAME = 1e-3  # relative difference of two periods that counts as none
 

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.errors import ConfigurationError, printable, shown
-from pneumo.fitting import fitted_parameters
 from pneumo.physics.valve import GASES, Gas
+from pneumo.quantities import table
 
 SENSORS = ("valve", "chamber")  # ends of a hose
 UNITS = {  # by the end of a key: factor to SI units, SI unit, and unit in tables
@@ -67,10 +67,10 @@ def factor(name: str) -> float:
     return UNITS[QUANTITIES[name].unit][0]
 
 
-def fitted_quantity(name: str) -> fitted_parameters.Quantity:
+def fitted_quantity(name: str) -> table.Quantity:
     """Names and units of a fitted quantity, in warnings and tables."""
     _, unit, shown = UNITS[QUANTITIES[name].unit]
-    return fitted_parameters.Quantity(key(name), name, unit, shown, 1 / factor(name))
+    return table.Quantity(key(name), name, unit, shown, 1 / factor(name))
 
 
 class Rig(NamedTuple):

@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
-from pneumo.fitting.fitted_parameters import QUANTITIES
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import (
@@ -21,6 +20,7 @@ from pneumo.publish.style import (
     paper_style,
 )
 from pneumo.publish.text.formatting import KILO
+from pneumo.quantities.table import QUANTITIES
 
 MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
 EVENT_COLORS = {"jitter": "#f1c40f", "held": "#95a5a6", "saturated": "#c0392b", "dropout": "#e67e22"}

@@ -3,9 +3,9 @@
 import numpy as np
 
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
-from pneumo.fitting.fitted_parameters import FULL_ORDER, PARAMETERS, QUANTITIES
 from pneumo.fitting.lights import determined_text
 from pneumo.publish.text.formatting import KILO
+from pneumo.quantities.table import FULL_ORDER, PARAMETERS, QUANTITIES
 
 WINDOWS = 20  # of a record, among which the one with the largest residual is looked for
 FEW = 5  # samples of a window, below which none is named

@@ -12,8 +12,8 @@ from rich.table import Table
 
 from pneumo.configuration.experiment import Study
 from pneumo.fitting.fit_result import AS_STATED, COMMANDS_END, FitResult, rms_of_chambers
-from pneumo.fitting.fitted_parameters import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
+from pneumo.quantities.table import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.selection.answer import Answer, export_command
 from pneumo.statistics.error_budget import Row
 from pneumo.statistics.intervals import Interval
