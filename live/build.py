@@ -27,6 +27,7 @@ from pneumo.core.build import FOLDER as CORE
 from pneumo.errors import InputError
 from pneumo.physics.equilibrium import equilibrium_pressure
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
+from pneumo.physics.valve import mass_flow
 from pneumo.publish.pages.page import LIVE_PAGE
 from pneumo.quantities.applied import LEAST_B, MOST_B
 from pneumo.selection.answer import model_cost
@@ -34,6 +35,8 @@ from pneumo.selection.cylinder_ranking import (
     DRAWN_RUN,
     DRAWN_STEP,
     DRAWS,
+    PART_DRAWS,
+    REST,
     ROWS,
     SHORTEST,
     drawn_deviations,
@@ -119,14 +122,24 @@ def _layout() -> dict[str, Any]:
     places = range(len(uncertain.names))
     unit = Uncertain(uncertain.names, tuple(tuple(float(i == j) for i in places) for j in places))
     product_, factor = coefficient_times_length()
+    supplies = {
+        P_s // 100_000 - 1: {"P_s": P_s, "P_0": equilibrium_pressure(P_s, conditions.P_atm, gas)}
+        for P_s in range(300_000, 1_200_000, 100_000)
+    }
     sensitivity = [log(conductance(FLOW, 1.0, b + step)) for step in (-0.02, 0.02)]
     return {
         "plant": numbers_of(plant),
         "k_xu_per_flow": valve.k_xu / sonic_conductance(valve, gas) * conductance(FLOW, 1.0, b),
-        "supplies": {
-            P_s // 100_000 - 1: {"P_s": P_s, "P_0": equilibrium_pressure(P_s, conditions.P_atm, gas)}
-            for P_s in range(300_000, 1_200_000, 100_000)
+        "supplies": supplies,
+        "flows": {  # into a chamber at rest pressure, kg/s, by the valve fully open, for k_x k_u = 1 m²/V
+            gauge: mass_flow(valve.u_max, of["P_s"], of["P_0"], conditions.T_in, gas)
+            for gauge, of in supplies.items()
         },
+        "rest": REST,
+        "strokes": PART_DRAWS,
+        "drifting": [
+            name for name, row in MODELS.items() if row.temperature == "polytropic" and row.wall != "none"
+        ],
         "flow_slope": (sensitivity[1] - sensitivity[0]) / 0.04,
         "dead_fraction": DEAD_FRACTION,
         "wall": {"product": product_, "factor": factor, "bores": measured_bores(), "growth": GROWTH},

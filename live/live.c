@@ -2,7 +2,7 @@
 #include "maths.h"
 
 #define EXPORT(name) __attribute__((export_name(#name))) name
-enum { MOST_STEPS = 20000, MOST_LANES = 80, MOST_HALVINGS = 6, MOST_PRESSURES = 100000 };
+enum { MOST_STEPS = 23000, MOST_LANES = 80, MOST_HALVINGS = 6, MOST_PRESSURES = 100000 };
 
 static double numbers[34]; /* of the plant, in the order of its named tuples, without the valve's `paths` */
 static double reference[MOST_STEPS + 1], states[6 * (MOST_STEPS + 1)]; /* the first state is given */

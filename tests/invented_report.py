@@ -77,7 +77,8 @@ def parts():
 def verdict():
     """Counts of a verdict."""
     statuses = {status: 10 + i for i, status in enumerate(STATUS_LOOKS)}
-    return {"headline": {"facts": 75, "statuses": statuses}}
+    places = [{"name": "Fig. 7", "link": "figures/fig07.svg"}, {"name": "Table 7", "link": "statistics.nc"}]
+    return {"headline": {"facts": 75, "statuses": statuses}, "places": places}
 
 
 @cache

@@ -16,7 +16,7 @@ import pneumo
 
 pytestmark = pytest.mark.wheel
 
-MOST_MEGABYTES = 480  # without pip and bytecode (decision 55)
+MOST_MEGABYTES = 480  # without pip and bytecode
 QUICK = "n: [1.2, 1.3]\nrun: {seeds: 1, duration_limit_s: 0.3}\n"
 RECORD = """
 import numpy as np

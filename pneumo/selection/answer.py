@@ -159,13 +159,13 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
         reason += f", {_kpa(chosen.stroke)} over strokes into rest"
     others = [row for row in budget.rows if row.model in good and row is not chosen]
     limit = (1 + MATERIAL) ** 0.5 * chosen.stroke
-    for but, rows in (
+    for except_for, rows in (
         ("", [row for row in others if not row.stroke > limit]),
-        (" but for strokes into rest", [row for row in others if row.stroke > limit]),
+        (" except over strokes into rest", [row for row in others if row.stroke > limit]),
     ):
         if rows:
             names = ", ".join(row.model for row in rows)
-            reason += f". As good within {100 * MATERIAL:.0f} %{but}, not cheaper: {names}"
+            reason += f". Equally good within {100 * MATERIAL:.0f} %{except_for}, but not cheaper: {names}"
     return reason
 
 

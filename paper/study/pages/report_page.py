@@ -90,6 +90,7 @@ def part(
         "name": experiment.name,
         "text": experiment_text(experiment),
         "failed": failure_text(datum) if datum["status"] else None,
+        "swing": None if datum["status"] else float(datum["P"].var("t").mean()) ** 0.5,  # Pa
         "h": experiment.h,
         "stride": experiment.pressure_stride,
         "close_up": close_up(experiment),
@@ -162,7 +163,7 @@ def _errors(cells: xr.Dataset, least: np.ndarray) -> tuple[list[float], dict[str
 class Overview(NamedTuple):
     """What a reader learns first: headline, sentences, and a figure of every model's error."""
 
-    headline: str = "How far is each reduced model from the full order?"
+    headline: str = "How far is each simple model of the air from the full simulation?"
     text: str = "No model ran through every experiment."
     rows: Sequence[tuple[dict[str, Any], str, float]] = ()  #: model, error in kPa, place on the axis
     ticks: Sequence[tuple[str, float]] = ()  #: error in kPa, place on the axis, from 0 to 1
@@ -173,7 +174,8 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
 
     Signals are exact. Failed runs do not count, nor do models that fail in another.
     """
-    runs = [part.facts["cells"]["exact"] for part in parts if not part.facts["failed"]]
+    facts = [part.facts for part in parts if not part.facts["failed"]]
+    runs = [of_run["cells"]["exact"] for of_run in facts]
     square: dict[str, list[float]] = {}
     for m, name in enumerate(TRACED):
         at_best = [(run["mse"][m], run["best"][m]) for run in runs]
@@ -185,29 +187,35 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     reduced, walls = ([name for name in rms if (name in MODELS) == of] for of in (True, False))
     if not reduced:
         return Overview()
-    over = "in the only run" if len(runs) == 1 else f"over all {len(runs)} runs"
-    headline = f"With the right k_0 and its best n, {reduced[0]} is off by {kpa[reduced[0]]} kPa RMS"
+    nearest = reduced[0]
+    swing = float(np.mean([of_run["swing"] ** 2 for of_run in facts])) ** 0.5 / KILO
+    over = "in the only run" if len(runs) == 1 else f"over {len(runs)} runs"
+    percent = f"{100 * rms[nearest] / swing:.2g} %"
+    headline = (
+        f"Of {len(reduced)} simple models of the air in a cylinder, {nearest} is nearest to the full"
+        f" simulation: off by {kpa[nearest]} kPa RMS, {percent} of the pressures' swing"
+    )
     text = [
-        f"Errors {over}, against the simulated full order (mass and energy balances of each chamber), with"
-        f" exact signals. Each model has the n that is best in each run; with one n for all runs"
-        f" {reduced[0]} is off by {_at_one_n(runs, reduced[0]):#.2g} kPa."
+        f"The full simulation, or full order, computes pressure and temperature of each chamber; the simple"
+        f" models compute the pressure alone. These are differences {over}. {nearest} knows the wall's heat"
+        f" conductance k_0, and has the index n that is best for each run; with one n for all runs it is off"
+        f" by {_at_one_n(runs, nearest):#.2g} kPa."
     ]
+    free = [name for name in reduced if MODELS[name].wall == "none"]
+    if free and free[0] != nearest:
+        text.append(f"{free[0]}, which needs no k_0, is off by {kpa[free[0]]} kPa.")
     if walls:
         factors = {conductance_factor(e.plant.cylinder.bore) for e in study.experiments.values()}
         known = " to ".join(dict.fromkeys(f"{factor:.2g}" for factor in sorted(factors)))
         errors = " to ".join(dict.fromkeys(kpa[name] for name in walls))
-        headline += f"; the full order with k_0 wrong by a factor of {known}, by {errors} kPa"
         text.append(
-            f"Without a measurement, the wall conductance k_0 is known within that factor, after"
-            f" {measured_cylinders()}."
+            f"Without a measurement k_0 is known within a factor of {known} (from {measured_cylinders()});"
+            f" a full order whose k_0 is wrong by that factor is off by {errors} kPa."
         )
-    free = [name for name in reduced if MODELS[name].wall == "none"]
-    if free and free[0] != reduced[0]:
-        text.append(f"{free[0]} needs no k_0: {kpa[free[0]]} kPa.")
     wins = Counter(min(reduced, key=lambda name: square[name][run]) for run in range(len(runs)))
     if len(runs) > 1:
-        nearest = ", ".join(f"{name} in {count}" for name, count in wins.most_common())
-        text.append(f"Runs with large errors dominate the average. Nearest in single runs: {nearest}.")
+        listed = ", ".join(f"{name} in {count}" for name, count in wins.most_common())
+        text.append(f"Runs with large errors dominate these averages; nearest in single runs: {listed}.")
     low, high = round_number(min(rms.values()), up=False), round_number(1.01 * max(rms.values()), up=True)
     numbers = (factor * 10.0**power for power in range(-9, 9) for factor in (1, 2, 5))
     ticks = [(f"{tick:g}", axis_fraction(tick, low, high)) for tick in numbers if low <= tick <= high]
