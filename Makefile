@@ -19,7 +19,7 @@ ifeq ($(UV_CACHE_DIR)$(shell cache="$${XDG_CACHE_HOME:-$${HOME:+$$HOME/.cache}}"
 export UV_CACHE_DIR := .venv/uv-cache
 endif
 
-.PHONY: help reproduce test test-all soak coverage numbers docs live lint bench fit-bench sanitize wheel sbom lock lock-check clean
+.PHONY: help reproduce test test-all test-nightly soak coverage numbers docs live lint bench fit-bench sanitize wheel sbom lock lock-check clean
 
 help:  ## say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 20
@@ -40,7 +40,12 @@ test: .venv/.dev  ## run the tests but for the slow ones, in minutes (those of r
 test-all: .venv/.dev  ## run the slow tests too: whole workflows, kills, full-length replays, every figure
 	@echo "== test-all: pytest -n $(JOBS)"
 	$(activate)
-	pytest -n $(JOBS) -m "not wheel"
+	pytest -n $(JOBS) -m "not wheel and not nightly"
+
+test-nightly: .venv/.dev  ## run the tests that test-all leaves out: further cases of what it proves
+	@echo "== test-nightly: pytest -n $(JOBS)"
+	$(activate)
+	pytest -n $(JOBS) -m nightly
 
 soak: .venv/.dev  ## search for failures: 20 times the examples, random, in random order, for SOAK_MINUTES (30)
 	@echo "== soak: pytest -n $(JOBS) on random examples"

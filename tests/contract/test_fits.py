@@ -14,6 +14,27 @@ BRIEF = {
     "rig tank",
     "rig hose left out",
 }
+IN_CI = {
+    "fit undisturbed 3",
+    "fit lag5",
+    "fit null",
+    "fit sags",
+    "fit stroke",
+    "fit swap",
+    "fit skew",
+    "fit mean",
+    "fit play",
+    "fit side",
+    "fit M6 M8 M10",
+    "closed leaking",
+    "closed noise",
+    "closed open B",
+    "rig hose",
+    "rig both",
+    "rig M5 M8",
+    "rig tank of few points",
+}
+MARKS = {**dict.fromkeys(BRIEF, ()), **dict.fromkeys(IN_CI, pytest.mark.slow)}  # the others are nightly
 MOVED = 0.1  # of half an interval, by which an estimate may move
 WIDER = 0.1  # relative change of an interval's width
 EXACT = 1e-4  # relative change of an estimate without an interval
@@ -34,7 +55,8 @@ def assert_like(found: list[float | None], accepted: list[float | None], name: s
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in BRIEF else pytest.mark.slow) for name in CASES]
+    "name",
+    [pytest.param(name, marks=MARKS.get(name, (pytest.mark.slow, pytest.mark.nightly))) for name in CASES],
 )
 def test_what_a_fit_finds_is_what_was_accepted(name):
     found, accepted = CASES[name](), ACCEPTED[name]

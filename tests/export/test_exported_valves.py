@@ -86,7 +86,9 @@ def test_test_programs_of_c_agree_with_python(model, precision, piston, form, tm
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("form", ["late", "throttles", "four paths"], indirect=True)
 def test_the_test_program_of_structured_text_agrees_with_python(form):
+    """Of the forms, those that have all kinds of statements; blark takes half a minute for each."""
     from structured_text import Block, parsed
 
     options = {"piston": True, **form[1]}

@@ -11,7 +11,6 @@ import pytest
 from brief import in_brief
 from plain_rates import OWN
 
-from pneumo import MODELS
 from pneumo.equations.system import step, system
 from pneumo.errors import InputError
 from pneumo.export import exported
@@ -43,14 +42,12 @@ def function_block(model, plant, **options):
     return loaded(model, plant, **options).values["model"]
 
 
+# Each kind of statement once; the tests of C show that the systems are right in every combination.
 FORMS = [
-    *(
-        ("full", precision, valve, piston)
-        for precision in ("double", "float")
-        for valve in (0, 1)
-        for piston in (0, 1)
-    ),
-    *((model, "double", True, True) for model in (MODELS["M10"], OWN)),
+    ("full", "double", 0, 0),
+    ("full", "double", 1, 1),
+    ("full", "float", 1, 1),
+    (OWN, "double", 1, 1),
     ("M8", "double", 1, 0),
 ]
 
