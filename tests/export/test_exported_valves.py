@@ -96,7 +96,7 @@ def test_the_test_program_of_structured_text_agrees_with_python(form):
     st = Block(*parsed(texts[1]), blocks=[parsed(texts[0])])
     st()
     assert st["passed"] and st["failures"] == 0
-    st.values["model"].values["c"] *= 1.01
+    st.values["model"].values["a_a"] *= 1.2
     st()
     assert not st["passed"]
 

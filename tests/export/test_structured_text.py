@@ -42,7 +42,7 @@ def function_block(model, plant, **options):
     return loaded(model, plant, **options).values["model"]
 
 
-# Each kind of statement once; the tests of C show that the systems are right in every combination.
+# Each kind of statement once; the tests of C show that the systems are right in all combinations.
 FORMS = [
     ("full", "double", 0, 0),
     ("full", "double", 1, 1),
