@@ -159,7 +159,7 @@ def fitted_outcome(name: str, seed: int, models: Sequence[str], case: Case) -> O
     try:
         fit, plant = fitted(case, models)
     except InputError as error:
-        return Outcome(name, seed, time.process_time() - begun, str(error), [], {})
+        return Outcome(name, seed, time.process_time() - begun, str(error), [], {}, {})
     estimates = fit.estimates("full" if "full" in fit.models else fit.models[0])
     to_C, rig = case.believed.C / plant.valve.k_xu, case.rig
     wanted = {
