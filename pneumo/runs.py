@@ -2,23 +2,22 @@
 
 from __future__ import annotations  # or `help` would spell out ArrayLike
 
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pneumo.arguments import check_positive, number
 from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.equations.named_model import lane_for
-from pneumo.equations.system import FULL_ORDER
 from pneumo.errors import InputError, RunError, shown
-from pneumo.physics.models import Model, full_order_lane, lane_array
+from pneumo.physics.models import Model, lane_array
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 from pneumo.publish.text.formatting import preformatted
-from pneumo.selection.plants import check_positive, load_plant, load_rig
+from pneumo.selection.plants import load_plant, load_rig
 from pneumo.simulation.excitation import command as command_of
 from pneumo.simulation.full_order import RAN, RUN_STATUS, STATE, Recording, failure, run, supplied_mass
 from pneumo.simulation.replay import STATUS
@@ -78,8 +77,7 @@ def start_state(plant: Plant, start: State | str) -> State:
     if not cylinder.x_min <= state.x <= cylinder.x_max:
         limits = f"{cylinder.x_min:g} to {cylinder.x_max:g} m from mid-stroke"
         raise InputError(f"start: x = {state.x:g} m: must lie within the stroke, {limits}")
-    if not isfinite(state.v):
-        raise InputError(f"start: v = {state.v:g}: must be finite")
+    number("start: v", state.v)
     check_positive(P_A=state.P_A, T_A=state.T_A, P_B=state.P_B, T_B=state.T_B)
     return state
 
@@ -300,18 +298,28 @@ class Prediction(NamedTuple):
         return f"replay of {self.model} over {self.t[-1]:.4g} s: RMS error {errors}"
 
 
+def _floats(name: str, values: ArrayLike) -> np.ndarray:
+    """An array of floats; `InputError` for anything else."""
+    try:
+        array = np.array(values)
+        if array.dtype.kind in "cUS":  # NumPy would drop imaginary parts, and read text
+            raise TypeError
+        return array.astype(float)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name} = {shown(values)}: must be an array of real numbers") from None
+
+
 def _series(**signals: ArrayLike) -> dict[str, np.ndarray]:
     """Signals as arrays of floats: one-dimensional, finite and of one length."""
-    try:
-        arrays = {name: np.array(values, dtype=float) for name, values in signals.items()}
-    except (TypeError, ValueError):
-        raise InputError(f"{', '.join(signals)}: must be numbers") from None
-    length = next(iter(arrays.values())).size
+    arrays = {name: _floats(name, values) for name, values in signals.items()}
+    first, *_ = arrays.values()
     for name, values in arrays.items():
-        if values.ndim != 1 or values.size != length or length < 2 or not np.isfinite(values).all():
-            raise InputError(
-                f"{name}: must be one-dimensional, finite, and of equal length for all signals, at least 2"
-            )
+        if values.ndim != 1 or len(values) < 2:
+            raise InputError(f"{name}: shape {values.shape}: must be (steps,), with at least 2 steps")
+        if len(values) != len(first):
+            raise InputError(f"{name}: {len(values)} steps: must be {len(first)}, as of {next(iter(arrays))}")
+        for k in np.flatnonzero(~np.isfinite(values))[:1]:
+            raise InputError(f"{name} = {values[k]:g} at step {k}: must be finite")
     return arrays
 
 
@@ -361,11 +369,11 @@ def simulate(
     dynamics = configured if dynamics is None else dynamics
     u_B, y_0 = None, np.array(start_state(plant, start))
     if command is not None and reference is None:
-        drive, own = OPEN_LOOP, np.asarray(command)
+        drive, own = OPEN_LOOP, _floats("command", command)
         if own.ndim == 2 and own.shape[1] == 2:
             signal, u_B = _series(u_A=own[:, 0], u_B=own[:, 1]).values()
         else:
-            signal = _series(command=command)["command"]
+            signal = _series(command=own)["command"]
         given = np.stack([signal] if u_B is None else [signal, u_B], axis=-1)
     elif reference is not None and command is None:
         check_positive(k_p=k_p)
@@ -431,12 +439,17 @@ def recorded(
     Raises
     ------
     InputError
-        If a signal has a wrong shape or numbers that are not finite.
+        If a signal has a wrong shape or numbers that are not finite, or a chamber would have no volume.
     """
     check_positive(h=h)
     plant = plant if isinstance(plant, Plant) else load_plant(plant)
     measured = {name: P for name, P in (("P_A", P_A), ("P_B", P_B)) if P is not None}
     signals = _series(u=u, x=x, v=v, **measured)
+    cylinder, x = plant.cylinder, signals["x"]
+    low = -cylinder.stroke / 2 - cylinder.V_d_A / cylinder.A_A
+    high = cylinder.stroke / 2 + cylinder.V_d_B / cylinder.A_B
+    for k in np.flatnonzero((x <= low) | (x >= high))[:1]:
+        raise InputError(f"x = {x[k]:g} m at step {k}: must be {low:.4g} to {high:.4g} m from mid-stroke")
     u, states = signals["u"], np.full((len(signals["u"]), len(STATE)), np.nan)
     for name in ("x", "v", *measured):
         states[:, STATE.index(name)] = signals[name]
@@ -463,10 +476,7 @@ def replay(model: Model | str, n: float | None, run: Run) -> Prediction:
     if not isinstance(given, Run):
         raise InputError(f"run = {shown(run)}: must be a Run, as `simulate` and `recorded` return it")
     plant = run.recording.plant
-    full = model == FULL_ORDER
-    if full and n is not None:
-        raise InputError(f"n = {n:g}: the full order has no n; give None")
-    lanes = lane_array([full_order_lane(plant.gas.gamma, plant.wall) if full else lane_for(model, n, plant)])
+    lanes = lane_array([lane_for(model, n, plant)])
     replayed = replay_lanes(run.recording, lanes, EXACT_SAMPLING if run.simulated else INTERPOLATED)
     P_A, P_B = replayed.pressure[0]
     status = tuple(STATUS[int(code)] for code in replayed.status[0])

@@ -3,24 +3,28 @@
 from __future__ import annotations  # or `help` would spell out the types
 
 from collections.abc import Callable, Mapping
-from math import ceil, floor, inf, isfinite
+from math import ceil, floor, isfinite
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 import pneumo.core as core
+from pneumo.arguments import number, whole_number
 from pneumo.configuration.experiment import MOST_HALVINGS, Plant
 from pneumo.configuration.sampling import INTERPOLATED
-from pneumo.equations.named_model import lane_for
-from pneumo.equations.system import FULL_ORDER
+from pneumo.equations.named_model import FULL_ORDER, lane_for
 from pneumo.errors import InputError, RunError, shown
 from pneumo.physics.cylinder import acceleration, motion, stopped, with_spring
-from pneumo.physics.models import MODELS, Lane, Model, lane_array, temperature
+from pneumo.physics.models import Lane, Model, lane_array, temperature
+from pneumo.physics.valve import Conditions
 from pneumo.runs import OPEN_LOOP, State, start_state
 from pneumo.selection.plants import load_plant
 from pneumo.simulation.full_order import RUN_STATUS, Recording, core_recording, core_sampling, failure
+
+if TYPE_CHECKING:
+    from control import NonlinearIOSystem
 
 NONE: Mapping[str, float] = MappingProxyType({})
 PISTON_STEP = 5e-4  # s, longest between the piston and the pressures of a reduced model
@@ -39,18 +43,6 @@ class Sensors(NamedTuple):
     seed: int = 0  #: of the noise
 
 
-def _number(name: str, value: float, low: float = -inf, *, above: bool = False) -> float:
-    """A finite number, at least or `above` a limit; else `InputError`."""
-    try:
-        fits = isfinite(value) and (value > low if above else value >= low)
-    except (TypeError, ValueError, OverflowError):
-        fits = False
-    if not fits:
-        limit = f", {'greater than' if above else 'at least'} {low:g}" if low > -inf else ""
-        raise InputError(f"{name} = {shown(value)}: must be a finite number{limit}")
-    return float(value)
-
-
 def _checked(sensors: object) -> Sensors:
     if not isinstance(sensors, Sensors):
         raise InputError(f"sensors = {shown(sensors)}: must be pneumo.Sensors, or None")
@@ -62,10 +54,9 @@ def _checked(sensors: object) -> Sensors:
             if signal not in State._fields:
                 names = ", ".join(State._fields)
                 raise InputError(f"sensors: {field} of {shown(signal)}: no such signal; there are {names}")
-            _number(f"sensors: {field} of {signal}", value, 0.0)
-    _number("sensors: sample_time", sensors.sample_time, 0.0)
-    if sensors.seed != int(_number("sensors: seed", sensors.seed, 0.0)):
-        raise InputError(f"sensors: seed = {shown(sensors.seed)}: must be a whole number")
+            number(f"sensors: {field} of {signal}", value, 0.0)
+    number("sensors: sample_time", sensors.sample_time, 0.0)
+    whole_number("sensors: seed", sensors.seed, 0, 2**63 - 1)
     return sensors
 
 
@@ -116,8 +107,7 @@ def _reduced(plant: Plant, lane: Lane) -> Advance:
         pushed = with_spring(force, x_end, cylinder)
         _, dv_end = motion(x_end, v_end, acceleration(v_end, P_A, P_B, pushed, cylinder), cylinder)
         x, v = stopped(x_end, v + h / 2 * (dv + dv_end), v, cylinder)
-        T_A, T_B = (temperature(P, c.P_0, c.T_0, lane.a) for P in (P_A, P_B))
-        return State(x, v, P_A, T_A, P_B, T_B)
+        return _with_temperatures(State(x, v, P_A, c.T_0, P_B, c.T_0), c, lane)
 
     def advance(state: State, u: float, force: float, h: float) -> State:
         commands[:] = u
@@ -127,6 +117,12 @@ def _reduced(plant: Plant, lane: Lane) -> Advance:
         return state
 
     return advance
+
+
+def _with_temperatures(state: State, c: Conditions, lane: Lane) -> State:
+    """State with the temperatures that a reduced model gives its pressures, eq (6)."""
+    T_A, T_B = (temperature(P, c.P_0, c.T_0, lane.a) for P in (state.P_A, state.P_B))
+    return state._replace(T_A=T_A, T_B=T_B)
 
 
 class Simulation:
@@ -172,22 +168,15 @@ class Simulation:
         sensors: Sensors | None = None,
     ) -> None:
         plant = plant if isinstance(plant, Plant) else load_plant(plant)
-        self.h = _number("h", h, 0.0, above=True)
-        n = None if n is None else _number("n", n)
-        self._start = start_state(plant, start)
+        self.h = number("h", h, 0.0, above=True)
+        lane, first = lane_for(model, n, plant), start_state(plant, start)
         self._sensors = None if sensors is None else _checked(sensors)
         if model == FULL_ORDER:
-            if n is not None:
-                raise InputError(f"n = {n:g}: the full order has no n; give None")
             self._advance = _full_order(plant)
-        elif isinstance(model, Model) or model in [*MODELS]:
-            lane, c, first = lane_for(model, n, plant), plant.conditions, self._start
-            T_A, T_B = (temperature(P, c.P_0, c.T_0, lane.a) for P in (first.P_A, first.P_B))
-            self._start = first._replace(T_A=T_A, T_B=T_B)
-            self._advance = _reduced(plant, lane)
         else:
-            there = ", ".join((*MODELS, FULL_ORDER))
-            raise InputError(f"model {shown(model)}: no such model; there are {there}")
+            first = _with_temperatures(first, plant.conditions, lane)
+            self._advance = _reduced(plant, lane)
+        self._start = first
         self.reset()
 
     def reset(self) -> State:
@@ -218,21 +207,45 @@ class Simulation:
         RunError
             If the state leaves the finite or positive numbers; `state` is then the last possible one.
         """
-        u, force = _number("u", u), _number("force", force)
-        dt = self.h if dt is None else _number("dt", dt, 0.0, above=True)
+        u, force = number("u", u), number("force", force)
+        dt = self.h if dt is None else number("dt", dt, 0.0, above=True)
         steps = ceil(dt / self.h - ROUNDING)
         h = self.h if abs(dt - steps * self.h) < ROUNDING * self.h else dt / steps
         for _ in range(steps):
-            after = self._advance(self.state, u, force, h)
-            if not (min(after[2:]) > 0 and all(map(isfinite, after))):
-                status, _ = failure(np.array([self._start, after]))
-                raise RunError(
-                    f"{RUN_STATUS[status]} at {self.t:.4g} s: check start, plant and step, {h:g} s"
-                )
-            self.state = after
+            self.state = self._after(self.state, u, force, h, self.t)
             self.t += h
             self._read()
         return self.state
+
+    def _after(self, state: State, u: float, force: float, h: float, t: float) -> State:
+        """State one step after another; `RunError`, with the time t, if it is not possible."""
+        after = self._advance(state, u, force, h)
+        if not (min(after[2:]) > 0 and all(map(isfinite, after))):
+            status, _ = failure(np.array([self._start, after]))
+            raise RunError(f"{RUN_STATUS[status]} at {t:.4g} s: check start, plant and step, {h:g} s")
+        return after
+
+    def to_nlsys(self) -> NonlinearIOSystem:
+        """System in discrete time for python-control, with the steps of this simulation.
+
+        Its sample time is h, its inputs are `u` and `force`, its states and outputs the fields of `State`. It
+        has no sensors; its start is yours: ``X0=sim.state``.
+
+        Raises
+        ------
+        ImportError
+            If python-control is not installed: ``pip install 'pneumo[control]'``.
+        """
+        import control
+
+        def update(t: float, x: np.ndarray, inputs: np.ndarray, _: object) -> State:
+            u, force = inputs.tolist()
+            return self._after(State(*x.tolist()), u, force, self.h, t)
+
+        fields = list(State._fields)
+        return control.nlsys(
+            update, inputs=["u", "force"], states=fields, outputs=fields, dt=self.h, name="cylinder"
+        )
 
     def measured(self) -> State:
         """Latest readings of the sensors, in SI units."""

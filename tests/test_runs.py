@@ -63,8 +63,10 @@ def test_replay_is_the_grids_and_measured_signals_are_interpolated(mine, run):
     silent = replay("M8", 1.35, recorded(mine, H, u=run.u, x=run.x, v=run.v))
     np.testing.assert_allclose(silent.P_A, replayed.P_A, rtol=1e-12)  # by the other kernel
     assert np.isnan(silent.mse).all()
-    with pytest.raises(InputError, match="x"):  # of another length
+    with pytest.raises(InputError, match="x: 300 steps: must be 301, as of u"):
         recorded(mine, H, u=run.u, x=run.x[1:], v=run.v)
+    with pytest.raises(InputError, match=r"x = 1e\+06 m at step 300: must be -0\.05\d* to 0\.05\d* m"):
+        recorded(mine, H, u=run.u, x=np.where(run.t < 0.2995, run.x, 1e6), v=run.v)
 
 
 @settings(max_examples=10)
@@ -88,15 +90,19 @@ def test_a_row_can_stand_for_a_models_name_and_models_without_n_need_none(run):
     ("options", "words"),
     [
         *(({}, "exactly one"), ({"command": COMMAND, "reference": COMMAND}, "exactly one")),
-        *(({"command": wrong}, "command") for wrong in ([1.0], [1.0, np.nan], ["a", "b"])),
+        *(({"command": wrong}, "command: shape") for wrong in (2.0, [1.0], np.zeros((3, 3)))),
+        *(({"command": wrong}, "must be an array") for wrong in (["a", "b"], [[1], [2, 3]], [1j, 0], {})),
+        ({"command": [1.0, np.nan]}, "command = nan at step 1: must be finite"),
         ({"command": COMMAND, "start": (0, 0, 1e5)}, "six numbers"),
         ({"command": [[1.0, 2.0]]}, "u_A"),
-        *(({"reference": COMMAND}, "k_p"), ({"h": 0.0, "command": COMMAND}, "h = 0")),
+        *(({"reference": COMMAND}, "k_p"), ({"reference": COMMAND, "k_p": "a"}, "k_p = 'a'")),
+        *(({"h": h, "command": COMMAND}, f"h = {h!r}: must be a finite") for h in (0, np.inf, "a", None)),
     ],
 )
 def test_bad_signals_are_refused(options, words, mine):
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=words) as error:
         simulate(mine, **({"h": H} | options))
+    assert "\n" not in str(error.value)
 
 
 def test_a_run_that_fails_is_no_table_of_nan(mine):
@@ -136,8 +142,12 @@ def test_a_configuration_is_a_plant_and_measured_signals_have_a_full_order(insid
     for wrong in (run.to_table(), None, "run.csv"):
         with pytest.raises(InputError, match=r"^run = .*must be a Run[^\n]*$"):
             replay("M8", 1.3, wrong)
-    with pytest.raises(pneumo.PneumoError, match=r"missing\.yaml[^\n]*$"):
-        simulate("missing.yaml", H, command=COMMAND)
+    for model, n in (("full", "a"), ("M8", "a"), (["M8"], 1.3), ("M8", np.nan)):
+        with pytest.raises(InputError, match=r"^(n = |model \[)[^\n]*$"):
+            replay(model, n, run)
+    for file in ("missing.yaml", 3):
+        with pytest.raises(pneumo.PneumoError, match=r"(missing\.yaml|plant = 3)[^\n]*$"):
+            simulate(file, H, command=COMMAND)
 
 
 def test_a_file_with_valve_dynamics_moves_as_they_say_and_keeps_its_command(inside, tmp_path):

@@ -113,23 +113,37 @@ def test_sensors_have_their_noise_resolution_and_sample_time(mine):
         ({"model": ["M6"]}, r"model \['M6'\]: no such model"),
         ({"model": "M6"}, "n: M6 needs a polytropic index"),
         ({"n": 1.2}, "n = 1.2: the full order has no n"),
-        ({"model": "M6", "n": "1.2"}, "n = '1.2': must be a finite number"),
-        ({"h": 0.0}, "h = 0.0: must be a finite number, greater than 0"),
+        ({"model": "M6", "n": "1.2"}, "n = '1.2': must be a finite number, greater than 0, at most 3"),
+        ({"h": 0.0}, "h = 0: must be a finite number, greater than 0"),
         ({"start": "middle"}, "start = 'middle': must be one of vented"),
         ({"sensors": {"x": 1e-4}}, "sensors = .*: must be pneumo.Sensors"),
         ({"sensors": Sensors(1e-4)}, "sensors: noise = 0.0001: must be numbers by signal"),
         ({"sensors": Sensors({"y": 1e-4})}, "noise of 'y': no such signal; there are x, v"),
         ({"sensors": Sensors({"x": -1e-4})}, "noise of x = -0.0001: must be a finite number, at least 0"),
         ({"sensors": Sensors(resolution={"x": np.nan})}, "resolution of x = nan: must be a finite number"),
-        ({"sensors": Sensors(sample_time=-1.0)}, "sample_time = -1.0: must be"),
+        ({"sensors": Sensors(sample_time=-1.0)}, "sample_time = -1: must be"),
         ({"sensors": Sensors(seed=1.5)}, "seed = 1.5: must be a whole number"),
-        ({"sensors": Sensors(seed=-3)}, "seed = -3: must be a finite number, at least 0"),
+        ({"sensors": Sensors(seed=-3)}, "seed = -3: must be a whole number, 0 to"),
     ],
 )
 def test_wrong_arguments_are_one_line(mine, arguments, words):
     with pytest.raises(InputError, match=words) as error:
         Simulation(mine, **arguments)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(("model", "n"), [("full", None), ("M6", 1.2)])
+def test_python_control_makes_the_steps_of_the_simulation(mine, model, n):
+    control = pytest.importorskip("control")
+    sim = Simulation(mine, model=model, n=n, start="vented", h=H)
+    system, force = sim.to_nlsys(), 20.0
+    inputs = np.array([COMMAND[:200], np.full(200, force)])
+    response = control.input_output_response(system, H * np.arange(200), inputs, X0=sim.state)
+    states = [sim.state, *(sim.step(u, force=force) for u in COMMAND[:199])]
+    assert np.array_equal(response.states.T, states)
+    assert (system.dt, system.input_labels) == (H, ["u", "force"])
+    with pytest.raises(pneumo.RunError, match="check start"):
+        system.dynamics(0.0, sim.state, [1.0, 1e308])
 
 
 def test_a_wrong_step_changes_nothing(mine):

@@ -10,6 +10,7 @@ import typer
 from typer import Argument, Option
 
 from pneumo.cli.options import Threads, Trust, output_to, read_configuration
+from pneumo.configuration.experiment import MOST_SEEDS
 
 
 def init(
@@ -74,7 +75,7 @@ def study(
     ] = None,
     seeds: Annotated[
         int | None,
-        Option(min=1, max=1000, help="runs of each experiment, each with its own seed [run.seeds]"),
+        Option(min=1, max=MOST_SEEDS, help="runs of each experiment, each with its own seed [run.seeds]"),
     ] = None,
     threads: Threads = 2,
     trust: Trust = False,

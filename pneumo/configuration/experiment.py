@@ -11,6 +11,7 @@ from pneumo.physics.models import WallLaw
 from pneumo.physics.valve import Conditions, Gas, Valve, mass_flow
 
 MOST_HALVINGS = 6  # of a step that fails or is not accurate
+MOST_SEEDS = 1000  # runs of an experiment in one study
 
 
 class Plant(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from pneumo.catalogue import measured_cylinders
-from pneumo.configuration.experiment import MOST_HALVINGS
+from pneumo.configuration.experiment import MOST_HALVINGS, MOST_SEEDS
 from pneumo.configuration.schema_parts import (
     Conductance,
     Count,
@@ -475,7 +475,9 @@ class RunSection(Section):
         "names of the experiments to run, or all", "all"
     )
     duration_limit_s: Seconds | None = key_of("full-order runs are cut to this length", None)
-    seeds: Count = key_of("pneumo study: runs of each experiment, each with its own seed", 5, ge=1, le=1000)
+    seeds: Count = key_of(
+        "pneumo study: runs of each experiment, each with its own seed", 5, ge=1, le=MOST_SEEDS
+    )
     block_size: Count = key_of("table of cylinders: cylinders in one job of the workflow", 50, ge=1, le=10**6)
 
 

@@ -12,7 +12,7 @@ from pneumo.equations.equation_list import (
     piston_equations,
     valve_equations,
 )
-from pneumo.equations.named_model import model_and_index
+from pneumo.equations.named_model import FULL_ORDER, model_and_index
 from pneumo.equations.substep import (
     STAGE,
     chamber_pace,
@@ -23,10 +23,9 @@ from pneumo.equations.substep import (
 )
 from pneumo.errors import InputError
 from pneumo.physics.cylinder import Side, chamber_of
-from pneumo.physics.models import MODELS, Model
+from pneumo.physics.models import Model
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
 
-FULL_ORDER = "full"  # in place of a model's name
 # Unit and meaning of states and inputs, without the chamber's suffix.
 QUANTITIES = {
     "u": ("V", "command, limited inside; positive connects chamber A to the supply"),
@@ -162,11 +161,9 @@ def system(
     own_name: str = "",
 ) -> System:
     """A `System` from a model's row or name, or "full" for the full order; errors as in `model_and_index`."""
-    if isinstance(model, str) and model not in (*MODELS, FULL_ORDER):
-        raise InputError(f"model {model!r}: no such model; there are {', '.join(MODELS)} and {FULL_ORDER}")
     if two_valves and not valve:
         raise InputError("--two-valves: not with --no-valve")
-    row, n = (None, 1.0) if model == FULL_ORDER else model_and_index(model, n)
+    row, n = (None, 1.0) if model == FULL_ORDER else model_and_index(model, n, FULL_ORDER)
     return System(row, n, plant, valve, piston, dynamics, two_valves, own_name)
 
 

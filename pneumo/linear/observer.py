@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import pneumo.core as core
+from pneumo.arguments import check_positive
 from pneumo.configuration.experiment import Plant
-from pneumo.equations.named_model import lane_for
-from pneumo.equations.system import FULL_ORDER
+from pneumo.equations.named_model import FULL_ORDER, lane_for
 from pneumo.errors import InputError
-from pneumo.physics.models import Model, full_order_lane
+from pneumo.physics.models import Model
 
 FORCE_NOISE, PRESSURE_NOISE = 3e-4, 3e3  # process noise: s^0.5, over P_s A_A; Pa/s^0.5
 # First estimate's standard deviations and steps of derivatives, as in kalman.c and in exported observers
@@ -123,11 +123,8 @@ def ekf(
     numbers = {"h": h, "pressure_noise": pressure_noise, "x_deviation": x_deviation}
     if force_noise is not None:
         numbers["force_noise"] = force_noise
-    for name, value in (numbers | {"pressure_deviation": pressure_deviation}).items():
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} = {value:g}: must be a positive number")
-    full = model == FULL_ORDER
-    row = full_order_lane(plant.gas.gamma, plant.wall) if full else lane_for(model, n, plant)
+    check_positive(**numbers, pressure_deviation=pressure_deviation)
+    full, row = model == FULL_ORDER, lane_for(model, n, plant)
     if estimate_k_0 and not (plant.k_0 > 0 and row.wall_scale > 0):
         raise InputError("estimate_k_0: needs a model with wall heat and a plant with k_0 above 0")
     command = np.clip(_signal("u", u, None, gaps=False), -plant.valve.u_max, plant.valve.u_max)

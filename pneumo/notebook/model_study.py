@@ -4,12 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from pneumo.configuration.experiment import Study
+from pneumo.arguments import listed, whole_number
+from pneumo.configuration.experiment import MOST_SEEDS, Study
 from pneumo.configuration.parameters import load
 from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.priors import uncertainties
@@ -118,16 +119,13 @@ def study(
     Raises
     ------
     InputError
-        If a cylinder or experiment is unknown, or a number of seeds is not positive.
+        If a cylinder or experiment is unknown, or seeds are not 1 to 1000.
     ConfigurationError
         If the configuration is wrong.
     """
-    for name, names in (("cylinders", cylinders), ("experiments", experiments)):
-        if isinstance(names, str):
-            raise InputError(f"{name} = {names!r}: must be a list of names, [{names!r}]")
-    count: Any = seeds  # callers without a type checker give anything
-    if count is not None and not (isinstance(count, int) and count > 0):
-        raise InputError(f"seeds = {seeds!r}: must be a whole number from 1 on")
+    cylinders, experiments = listed("cylinders", cylinders), listed("experiments", experiments)
+    if seeds is not None:
+        whole_number("seeds", seeds, 1, MOST_SEEDS)
     files = () if isinstance(configuration, Configuration) else (str(configuration),)
     content = configuration if isinstance(configuration, Configuration) else load(Path(configuration))
     chosen = selected(in_SI(content), cylinders, experiments)

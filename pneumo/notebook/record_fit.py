@@ -16,6 +16,7 @@ import xarray as xr
 from markupsafe import escape
 from matplotlib.figure import Figure
 
+from pneumo.arguments import listed, number
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import configured_dynamics, load, sonic_conductance, with_one_b
 from pneumo.configuration.parameters import study as in_SI
@@ -301,8 +302,9 @@ def fit(
         If the record cannot be used, or an argument is none of those allowed.
     """
     _check("command", command, _SAMPLING)
-    if not PARTS[0] <= part <= PARTS[1]:
-        raise InputError(f"part = {part:g}: must lie between {PARTS[0]:g} and {PARTS[1]:g}")
+    number("part", part, *PARTS)
+    reduced = [model_row(name).name for name in (MODELS if models is None else listed("models", models))]
+    also = listed("also", also)
     configuration = _configuration(configuration)
     configured = in_SI(configuration)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
@@ -336,7 +338,7 @@ def fit(
         result = fit_measurement(
             measurement,
             plant,
-            [model_row(name).name for name in (MODELS if models is None else models)],
+            reduced,
             command=rule,
             part=part,
             also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
@@ -383,7 +385,7 @@ def rig(
         If the rig is wrong; if the record cannot be used, or an argument is none of those allowed.
     """
     _check("command", command, ("column", "edges"))
-    for name in models or ():
+    for name in listed("models", models or ()):
         _check("model", name, RIG_MODELS)
     known = rig_file.rig(file, "rig") if isinstance(file, Mapping) else rig_file.read_rig(Path(file))
     runs = read_runs(record, known, columns, from_edges=command == "edges")

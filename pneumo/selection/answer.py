@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Study
-from pneumo.equations.system import FULL_ORDER as EXPORTED_FULL_ORDER
+from pneumo.equations.named_model import FULL_ORDER as EXPORTED_FULL_ORDER
 from pneumo.physics.models import MODELS
 from pneumo.selection.cylinder_ranking import LONG_RUN
 from pneumo.statistics.error_budget import FULL_ORDER, Budget, Row

@@ -15,7 +15,7 @@ import xarray as xr
 from pneumo.configuration.experiment import Drive, Experiment, Plant, Study
 from pneumo.configuration.priors import Uncertain, plant_with
 from pneumo.configuration.sampling import EXACT_SAMPLING
-from pneumo.errors import InputError
+from pneumo.errors import InputError, shown
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.quantities.table import GROUPS
 from pneumo.simulation.full_order import Recording, record, recorded, thermal_time_constant
@@ -43,9 +43,10 @@ def selected(study: Study, cylinders: Sequence[str] = (), experiments: Sequence[
     """
     kinds = ("cylinder", cylinders, {e.cylinder for e in study.experiments.values()})
     for kind, wanted, names in (kinds, ("experiment", experiments, set(study.experiments))):
-        for name in set(wanted) - names:
-            known = ", ".join(sorted(names)[:20])
-            raise InputError(f"{kind} = {name[:50]!r}: no such {kind} in this study; there are {known}")
+        known = sorted(names)
+        for name in (name for name in wanted if name not in known):
+            there = ", ".join(known[:20])
+            raise InputError(f"{kind} = {shown(name)}: no such {kind} in this study; there are {there}")
     remaining = {
         name: e
         for name, e in study.experiments.items()

@@ -1,8 +1,8 @@
 """Plants: a cylinder with its valve, supply and wall, from plain numbers or from a configuration."""
 
-from math import isfinite
 from pathlib import Path
 
+from pneumo.arguments import check_positive, number, path
 from pneumo.catalogue import default_conductance, measured_bores, measured_cylinders
 from pneumo.configuration.experiment import Plant, Study
 from pneumo.configuration.parameters import configured_dynamics, load, study
@@ -15,18 +15,6 @@ from pneumo.physics.valve_dynamics import ValveDynamics
 
 OTHER_GAS = 0.005  # relative difference from the choked flow of air above which a note gives it
 WEAK = 0.01  # fraction of the valve's full opening below which a signal hardly moves a piston
-
-
-def check_positive(**values: float) -> None:
-    """Raise `InputError` with the name of the first number that is not positive and finite."""
-    for name, value in values.items():
-        if not (isfinite(value) and value > 0):
-            raise InputError(f"{name} = {value:g}: must be a positive number")
-
-
-def _check_conductance(k_0: float) -> None:
-    if not (isfinite(k_0) and k_0 >= 0):
-        raise InputError(f"k_0 = {k_0:g} W/K: must not be negative")
 
 
 def plant(
@@ -71,13 +59,12 @@ def plant(
     c = Cylinder._make(float(value) for value in cylinder)._replace(rests=bool(cylinder.rests))
     check_positive(k_xu=k_xu, u_max=u_max, P_s=P_s, P_atm=P_atm, T_amb=T_amb)
     check_positive(bore=c.bore, stroke=c.stroke, A_A=c.A_A, A_B=c.A_B, V_d_A=c.V_d_A, V_d_B=c.V_d_B, M=c.M)
-    _check_conductance(k_0)
+    number("k_0", k_0, 0.0)
     half = (1 + 1e-9) * c.stroke / 2
     if not -half <= c.x_min < c.x_max <= half:
         raise InputError(f"x_min = {c.x_min:g} m, x_max = {c.x_max:g} m: must ascend, within the stroke")
     for name in ("k_f", "coulomb", "spring"):
-        if not getattr(c, name) >= 0:
-            raise InputError(f"{name} = {getattr(c, name):g}: must not be negative")
+        number(name, getattr(c, name), 0.0)
     if P_s <= P_atm:
         raise InputError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
     inlet = T_amb if T_in is None else T_in
@@ -162,12 +149,12 @@ def load_plant(file: Path | str, cylinder: str | None = None) -> Plant:
     InputError
         If the file cannot be read or used, or leaves open which cylinder is meant.
     """
-    return configured_plant(study(load(file)), cylinder)
+    return configured_plant(study(load(path("plant", file))), cylinder)
 
 
 def load_rig(file: Path | str) -> tuple[Plant, ValveDynamics]:
     """Plant of a configuration's only cylinder, as `load_plant` does, and the dynamics of its valve."""
-    return configured_rig(load(file))[1:]
+    return configured_rig(load(path("plant", file)))[1:]
 
 
 def configured_rig(
@@ -206,5 +193,5 @@ def configured_plant(configured: Study, cylinder: str | None = None, k_0: float 
             values = ", ".join(f"{value:.3g}" for value in conductances)
             raise InputError(f"--k0: missing; cylinder {cylinder} has {values} W/K")
         k_0 = conductances[0]
-    _check_conductance(k_0)
+    number("k_0", k_0, 0.0)
     return plants[cylinder]._replace(k_0=k_0)

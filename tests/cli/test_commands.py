@@ -165,7 +165,7 @@ def test_an_export_names_its_files_states_and_inputs_and_how_to_test_it(inside, 
         (["linearise", "Full", *AT], "model 'Full': no such model, perhaps full"),
         (
             ["linearise", "M99", *AT],
-            f"no such model; there are {', '.join(MODELS)} and full",
+            f"no such model; there are {', '.join(MODELS)}, full",
         ),
     ],
 )

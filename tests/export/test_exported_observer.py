@@ -9,7 +9,8 @@ from exported_c import C_COMPILER, CompiledObserver
 from plain_rates import OWN
 
 import pneumo
-from pneumo.equations.system import FULL_ORDER, system
+from pneumo.equations.named_model import FULL_ORDER
+from pneumo.equations.system import system
 from pneumo.errors import InputError
 from pneumo.export import exported
 from pneumo.export.observer_noise import READINGS, observer_noise

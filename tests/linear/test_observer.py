@@ -67,7 +67,7 @@ def test_samples_that_are_missing_are_bridged(run):
     "change, told",
     [
         ({"n": None}, "needs a polytropic index"),
-        ({"h": 0.0}, "h = 0: must be a positive number"),
+        ({"h": 0.0}, "h = 0: must be a finite number, greater than 0"),
         ({"x": [0.0, 0.0]}, "x: shape"),
         ({"x": np.full(3, np.nan)}, "first sample"),
         ({"u": [0.0, np.nan, 0.0]}, "u: must be finite"),
