@@ -143,7 +143,7 @@ def test_python_control_makes_the_steps_of_the_simulation(mine, model, n):
     assert np.array_equal(response.states.T, states)
     assert (system.dt, system.input_labels) == (H, ["u", "force"])
     with pytest.raises(pneumo.RunError, match="check start"):
-        system.dynamics(0.0, sim.state, [1.0, 1e308])
+        system.dynamics(0.0, sim.state, [1.0, np.nan])
 
 
 def test_a_wrong_step_changes_nothing(mine):

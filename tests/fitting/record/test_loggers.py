@@ -93,13 +93,19 @@ CHANNELS = {  # oscilloscopes: the text, the names of the four channels
 }
 
 
+def mapping_of(names, time=""):
+    """Mapping of four channels, and of a column of time that has no unit."""
+    names = names.split("|" if "|" in names else " ") if names else []
+    mapping = {q: {"column": n, "unit": u} for (q, u), n in zip(written.UNITS.items(), names, strict=False)}
+    return mapping | ({"t": {"column": time, "unit": "s"}} if time else {})
+
+
+MAPPINGS = {maker: mapping_of(names, "Time" * (maker == "LeCroy")) for maker, (_, names) in CHANNELS.items()}
+
+
 @pytest.mark.parametrize("maker", CHANNELS)
 def test_an_oscilloscope_is_read_by_the_names_of_its_channels(tmp_path, maker):
-    text, names = CHANNELS[maker]
-    names = names.split("|" if "|" in names else " ")
-    mapping = {q: {"column": n, "unit": u} for (q, u), n in zip(written.UNITS.items(), names, strict=True)}
-    if maker == "LeCroy":  # has no unit of time
-        mapping["t"] = {"column": "Time", "unit": "s"}
+    text, mapping = CHANNELS[maker][0], MAPPINGS[maker]
     found = test_formats.read(tmp_path, "a.csv", text, mapping=mapping)
     assert found.period == pytest.approx(written.PERIOD, rel=1e-9)
     test_formats.same(found._replace(period=written.PERIOD), written.truth())
@@ -185,12 +191,7 @@ MATLAB = {  # variables, and names of the four signals where the file does not s
 @pytest.mark.parametrize("kind", MATLAB)
 def test_a_matlab_file_has_its_names_and_its_step(tmp_path, kind):
     variables, names = MATLAB[kind]
-    mapping = {
-        q: {"column": n, "unit": unit}
-        for (q, unit), n in zip(written.UNITS.items(), names.split(), strict=False)
-    }
-    if kind == "a struct for each signal":
-        mapping["t"] = {"column": "t", "unit": "s"}
+    mapping = mapping_of(names, "t" * (kind == "a struct for each signal"))
     savemat(tmp_path / "a.mat", variables)
     found = read_measurement(tmp_path / "a.mat", written.plant(), mapping or None)
     test_formats.same(found, written.truth())

@@ -65,7 +65,7 @@ def check(kind, seed):
         file = Path(folder) / name
         file.write_bytes(damaged(content, random.Random(seed)))
         try:
-            found = read_measurement(file, written.plant())
+            found = read_measurement(file, written.plant(), test_loggers.MAPPINGS.get(kind))
         except InputError as error:
             assert len(str(error).splitlines()) == 1
         else:
