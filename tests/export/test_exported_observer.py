@@ -38,7 +38,7 @@ def expected(model, plant, sensors, count):
     noise = observer_noise(chosen, sensors)
     seen = pneumo.ekf(
         model,
-        N,
+        None if model == FULL_ORDER else N,
         plant,
         H,
         u=u,

@@ -75,6 +75,7 @@ def test_samples_that_are_missing_are_bridged(run):
         ({"pressure_noise": -1.0}, "pressure_noise = -1"),
         ({"model": "M6", "estimate_k_0": True}, "estimate_k_0"),
         ({"plant": PLANT._replace(k_0=0.0), "estimate_k_0": True}, "estimate_k_0"),
+        ({"model": "full"}, "n = 1.35: the full order has no n"),
     ],
 )
 def test_input_that_cannot_be_right_is_refused_by_name(change, told):
