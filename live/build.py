@@ -43,11 +43,11 @@ from pneumo.selection.cylinder_ranking import (
     seeds_of,
 )
 from pneumo.selection.cylinder_template import TEMPLATE
+from pneumo.selection.error_budget import FULL_ORDER, TAILS
+from pneumo.selection.ranking import MATERIAL
 from pneumo.simulation.excitation import initial_state
 from pneumo.simulation.polynomials import flow_polynomial
 from pneumo.simulation.replay import needs
-from pneumo.statistics.error_budget import FULL_ORDER, TAILS
-from pneumo.statistics.ranking import MATERIAL
 
 FOLDER = Path(__file__).parent
 FLOW = "Q_n_l_per_min"

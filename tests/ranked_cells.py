@@ -8,7 +8,7 @@ from pneumo.physics.models import MODELS
 from pneumo.quantities.table import GROUPS
 from pneumo.selection.answer import Answer, answer
 from pneumo.selection.cylinder_ranking import ROWS
-from pneumo.statistics.error_budget import NOTHING
+from pneumo.selection.error_budget import NOTHING
 
 N = [1.2, 1.3, 1.4]
 PAPER_LEVEL = dict(zip(PAPER_MODELS, (900, 80, 100, 3000, 20, 8, 6, 3, 2.5, 2.4), strict=True))

@@ -74,6 +74,7 @@ class Uncertain(NamedTuple):
     names: tuple[str, ...]  #: of `STUDIED`
     covariance: tuple[tuple[float, ...], ...]
     measured: Mapping[str, float] = MappingProxyType({})  #: by model, RMS error on data held out of a fit, Pa
+    accuracy: Accuracy = MappingProxyType({})  #: of what a fit takes as configured
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -148,7 +149,7 @@ def _uncertain(configuration: Configuration, cylinder: str) -> Uncertain:
         of_all = np.array(section.fitted.covariance).reshape((len(section.fitted.quantities),) * 2)
         covariance[np.ix_(place, place)] = of_all[np.ix_(of_fit, of_fit)]
     rows = tuple(tuple(row) for row in covariance.tolist())
-    return Uncertain(names, rows, measured)
+    return Uncertain(names, rows, measured, accuracy(configuration, cylinder=cylinder))
 
 
 def _limits(configuration: Configuration, cylinder: str) -> dict[str, float]:

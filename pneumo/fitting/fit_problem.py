@@ -239,6 +239,17 @@ def with_causes(plant: Plant, values: Mapping[str, float]) -> Plant:
     return with_values(plant, {name: values[name] for name in ALSO if name in values})
 
 
+def check_valve(plant: Plant) -> None:
+    """Raise an `InputError` if the replay of a fit does not model the valve."""
+    valve = plant.valve
+    if valve.leak or valve.laminar or not valve.paths.one_at_a_time:
+        raise InputError(
+            f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit, and"
+            " all paths have one b and open one at a time: leave out leak_dm3_per_sbar, exhaust_b and a curve"
+            " that opens two paths at once, or measure the flows m_A and m_B"
+        )
+
+
 def fit(
     problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.ndarray | None = None
 ) -> Solution:
@@ -246,13 +257,8 @@ def fit(
 
     `InputError` if no flows were measured and the replay of a fit does not model the valve.
     """
-    valve = problem.plant.valve
-    if problem.signals.flow is None and (valve.leak or valve.laminar or not valve.paths.one_at_a_time):
-        raise InputError(
-            f"valve: leak = {valve.leak:.4g} m2, laminar = {valve.laminar:.4g}: must both be 0 for a fit, and"
-            " all paths have one b and open one at a time: leave out leak_dm3_per_sbar, exhaust_b and a curve"
-            " that opens two paths at once, or measure the flows m_A and m_B"
-        )
+    if problem.signals.flow is None:
+        check_valve(problem.plant)
     start = problem.guess() if start is None else start
     return solve(problem, start, tolerance=tolerance, most=most)
 

@@ -84,16 +84,17 @@ def both_parts(problem: Problem, record: StageSignals, estimate: Estimate) -> Pa
     )
 
 
-def expected_error(parts: Parts, known: Accuracy) -> np.ndarray:
+def expected_error(parts: Parts, known: Accuracy, of_rest: Accuracy | None = None) -> np.ndarray:
     """Standard deviation of the error on the part held out, Pa, by chamber, beside noise and model.
 
-    It is caused by the parameters' noise, and by configured quantities that are off within their accuracy.
+    It is caused by the parameters' noise, and by configured quantities that are off within their accuracy,
+    on the part held out within `of_rest` if it differs.
     """
     changes = changes_of(parts.problem, parts.here, known)
     moved, _ = configured_shifts(parts.problem, parts.here, changes, known)
     slopes, shared = parts.there.jacobian[..., ~parts.own], parts.shared
     shifts = np.tensordot(moved[: len(changes)][:, shared], slopes, axes=(1, 2))
-    configured = _without_starts(parts, changes_of(parts.rest, parts.there, known) - shifts)
+    configured = _without_starts(parts, changes_of(parts.rest, parts.there, of_rest or known) - shifts)
     variance = np.sum(np.mean(configured**2, axis=2), axis=0) / LIMITS**2
     seen = _without_starts(parts, np.moveaxis(slopes, -1, 0))
     of_noise = [

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from pneumo.physics.models import MODELS
-from pneumo.statistics.error_budget import FULL_ORDER
+from pneumo.selection.error_budget import FULL_ORDER
 
 LineStyle = str | tuple[int, tuple[float, ...]]
 

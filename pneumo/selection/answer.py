@@ -14,9 +14,10 @@ import xarray as xr
 from pneumo.configuration.experiment import Study
 from pneumo.equations.named_model import FULL_ORDER as EXPORTED_FULL_ORDER
 from pneumo.physics.models import MODELS
+from pneumo.selection.after_record import NOISE, RECORD
 from pneumo.selection.cylinder_ranking import LONG_RUN
-from pneumo.statistics.error_budget import FULL_ORDER, Budget, Row
-from pneumo.statistics.ranking import MATERIAL, Ranking, cost, rank_models
+from pneumo.selection.error_budget import FULL_ORDER, Budget, Row
+from pneumo.selection.ranking import MATERIAL, Ranking, cost, rank_models
 
 # Beside `cost` of the models: no power, so that a step costs less than one of M5 to M10 (docs/export.md).
 FULL_ORDER_COST = (0, 4, 0, 1)
@@ -172,12 +173,10 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
 def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) -> list[str]:
     """Steps that would make the answer more certain, and what it does not hold for, one line each."""
     lines: list[str] = []
-    if budget.groups:
-        group, lowest = budget.groups[0], budget.rows[0].rms
-        known = budget.lowest_if_known(group)
-        if known**2 * (1 + MATERIAL) < lowest**2:
-            how = "another record" if budget.measured else "`pneumo fit`"
-            lines.append(f"Measure the {group} first ({how}): {_kpa(lowest)} becomes {_kpa(known)}.")
+    after, lowest = budget.after_record, budget.rows[0].rms
+    if lowest**2 > after**2 + NOISE**2:  # what a record gains, sensors show
+        change = f"expect {_kpa(after)} in place of {_kpa(lowest)}"
+        lines.append(f"After one record of {RECORD:g} s and `pneumo fit`, {change}, by the full order.")
     both = {row.model: (row.rms**2 + row.stroke**2) ** 0.5 for row in budget.rows}
     if not np.isnan(chosen.stroke) and chosen.model not in (best := _within(both)):
         other = budget.row(best[0])

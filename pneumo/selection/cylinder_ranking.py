@@ -18,10 +18,11 @@ from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import InputError, shown
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.quantities.table import GROUPS
+from pneumo.selection.after_record import error_after_record
+from pneumo.selection.error_budget import FULL_ORDER, NOTHING
 from pneumo.simulation.full_order import Recording, record, recorded, thermal_time_constant
 from pneumo.simulation.replay import replay
 from pneumo.statistics.averages import best_n
-from pneumo.statistics.error_budget import FULL_ORDER, NOTHING
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, replayed_grid, run_outcome, same_at_every_n
 
@@ -222,6 +223,10 @@ def drawn_errors(
         ):
             cells[name] = (of_dims, mse, about | {"long_name": f"the same {words}"})
         cells = cells.assign_coords(group=[*GROUPS, NOTHING])
+        if not uncertain.measured:
+            after = [error_after_record(experiments[0], uncertain.accuracy)] * len(experiments)
+            about = {"units": "Pa", "long_name": "expected RMS error of a full order fitted to one record"}
+            cells["after_record"] = ("experiment", after, about)
     return cells
 
 

@@ -9,7 +9,7 @@ from pneumo.configuration.priors import Uncertain
 from pneumo.selection.answer import answers
 from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.cylinder_template import write_table_template
-from pneumo.statistics.error_budget import FULL_ORDER
+from pneumo.selection.error_budget import FULL_ORDER
 from pneumo.storage.files import write
 from workflow.jobs.fleet import (
     CELLS,

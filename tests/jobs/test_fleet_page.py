@@ -7,8 +7,8 @@ from page_checks import assert_fit_for_a_phone, assert_quiet, assert_readable, i
 from ranked_cells import answered, made
 
 from pneumo.selection.answer import Answer
-from pneumo.statistics.error_budget import FULL_ORDER
-from pneumo.statistics.ranking import Ranking
+from pneumo.selection.error_budget import FULL_ORDER
+from pneumo.selection.ranking import Ranking
 from workflow.jobs.fleet import answer_dataset, together
 from workflow.jobs.fleet_page import HEADS, fleet_page, fleet_rows
 

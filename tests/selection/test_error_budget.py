@@ -30,7 +30,7 @@ from pneumo.selection.cylinder_ranking import (
     stroke_errors,
 )
 from pneumo.selection.cylinder_template import TEMPLATE
-from pneumo.statistics.error_budget import FULL_ORDER
+from pneumo.selection.error_budget import FULL_ORDER
 
 
 def known(**changes):

@@ -14,7 +14,7 @@ from pneumo.configuration.priors import Uncertain
 from pneumo.physics.models import MODELS
 from pneumo.selection.answer import Answer, answers
 from pneumo.selection.cylinder_ranking import run_study
-from pneumo.statistics.error_budget import FULL_ORDER
+from pneumo.selection.error_budget import FULL_ORDER
 from pneumo.storage.layout import described
 
 CELLS = ("mean_error", "variance", "mse", "failure_time", "mse_drawn")  # 4 bytes

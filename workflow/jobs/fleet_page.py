@@ -12,8 +12,8 @@ from pneumo.physics.models import MODELS
 from pneumo.publish.model_looks import colours
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO, no_exponent, percent_text
-from pneumo.statistics.error_budget import FULL_ORDER
-from pneumo.statistics.ranking import MATERIAL
+from pneumo.selection.error_budget import FULL_ORDER
+from pneumo.selection.ranking import MATERIAL
 from workflow.jobs.fleet import DRAWS
 
 TEMPLATES = Path(__file__).parent / "templates"

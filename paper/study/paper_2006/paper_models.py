@@ -1,7 +1,7 @@
 """The paper's ten models and their rows of Table 1, derived from the table of models."""
 
 from pneumo.physics.models import MODELS, Model
-from pneumo.statistics.ranking import cost
+from pneumo.selection.ranking import cost
 
 PAPER_MODELS = {f"M{i}": MODELS[f"M{i}"] for i in range(1, 11)}  # not those that are added to the table
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pneumo.publish.text.formatting import KILO
 from pneumo.selection.answer import Answer
-from pneumo.statistics.error_budget import Row
+from pneumo.selection.error_budget import Row
 
 MOST_SHOWN = 4.0  # times the lowest error: models with more have no bar
 ITSELF = "model itself"

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from pneumo.publish.figures.budget_bars import budget_bars, causes
 from pneumo.publish.style import DOUBLE_MM, INK, axis_label, new_figure, paper_style, symbol
 from pneumo.selection.answer import Answer
-from pneumo.statistics.error_budget import FULL_ORDER
+from pneumo.selection.error_budget import FULL_ORDER
 
 
 @paper_style()

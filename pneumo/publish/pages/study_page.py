@@ -20,8 +20,8 @@ from pneumo.publish.text.terminal_tables import (
 )
 from pneumo.selection.answer import Answer, export_command
 from pneumo.selection.cylinder_ranking import REST, TITLE, save_cells
+from pneumo.selection.ranking import MATERIAL, Ranking
 from pneumo.statistics.intervals import CONFIDENCE
-from pneumo.statistics.ranking import MATERIAL, Ranking
 from pneumo.storage.files import read, write_text
 
 MM2, CM3 = 1e6, 1e6  # in a m², in a m³

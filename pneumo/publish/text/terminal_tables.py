@@ -15,9 +15,9 @@ from pneumo.fitting.fit_result import AS_STATED, COMMANDS_END, FitResult, rms_of
 from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
 from pneumo.quantities.table import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.selection.answer import Answer, export_command
-from pneumo.statistics.error_budget import Row
+from pneumo.selection.error_budget import Row
+from pneumo.selection.ranking import Ranking
 from pneumo.statistics.intervals import Interval
-from pneumo.statistics.ranking import Ranking
 
 
 def _table(

@@ -42,16 +42,13 @@ class Budget(NamedTuple):
     """Error budget of all models, lowest expected error first."""
 
     rows: tuple[Row, ...]
-    groups: tuple[str, ...]  #: that are not known, the one whose measurement helps most first
+    groups: tuple[str, ...]  #: that are not known, the one that causes most error first
     measured: Mapping[str, float] = MappingProxyType({})  #: by model, RMS error on data held out of a fit, Pa
+    after_record: float = np.nan  #: expected error of a full order fitted to one record, Pa
 
     def row(self, model: str) -> Row:
         """Row of a model, by its name."""
         return next(row for row in self.rows if row.model == model)
-
-    def lowest_if_known(self, group: str) -> float:
-        """Lowest expected error of all models if a group of quantities were known, Pa."""
-        return min((row.known[group] for row in self.rows if row.known), default=np.inf)
 
 
 def error_budget(cells: xr.Dataset, best: Mapping[str, float]) -> Budget | None:
@@ -91,8 +88,9 @@ def error_budget(cells: xr.Dataset, best: Mapping[str, float]) -> Budget | None:
         rows.append(row)
     rows.sort(key=lambda row: row.rms)
     groups: list[str] = [] if left is None else left.index.tolist()
-    budget = Budget(tuple(rows), (), measured)
-    return budget._replace(groups=tuple(sorted(groups, key=budget.lowest_if_known)))
+    groups.sort(key=lambda group: rows[0].known.get(group, np.inf))
+    after_record = cells["after_record"].values[0] if "after_record" in cells else np.nan
+    return Budget(tuple(rows), tuple(groups), measured, float(after_record))
 
 
 def _root(mse: float | xr.DataArray) -> float:

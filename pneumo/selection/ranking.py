@@ -12,8 +12,8 @@ import pandas as pd
 import xarray as xr
 
 from pneumo.physics.models import MODELS, Model
+from pneumo.selection.error_budget import Budget, error_budget
 from pneumo.statistics.averages import best_n
-from pneumo.statistics.error_budget import Budget, error_budget
 from pneumo.statistics.intervals import student_interval
 
 MATERIAL = 0.10  # a mean square error at most this fraction above the lowest is as good in practice

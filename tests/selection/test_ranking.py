@@ -9,8 +9,8 @@ from ranked_cells import LEVEL, made
 from scipy import stats
 
 from pneumo.physics.models import MODELS
+from pneumo.selection.ranking import rank_models
 from pneumo.statistics.intervals import student_interval
-from pneumo.statistics.ranking import rank_models
 
 
 def order_of(cells, cylinder="mine"):
