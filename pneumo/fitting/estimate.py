@@ -13,6 +13,7 @@ from pneumo.fitting.fit_problem import LIMITS, Problem, fit, replayed_pressures,
 from pneumo.fitting.fit_result import Estimate, rms_of_chambers
 from pneumo.fitting.least_squares import (
     Solution,
+    bounded,
     correlation,
     covariances,
     expected_shifts,
@@ -66,7 +67,10 @@ def estimate(
     changes = changes_of(problem, best, known)
     model_error = 0.0 if reference is None else float(np.nansum((reference[:, : split + 1] - fitted) ** 2))
     moved, misfit = configured_shifts(problem, best, changes, known)
-    both = covariances(best, model_error / plant.conditions.P_s**2) + moved.T @ moved / LIMITS**2
+    of_noise = covariances(best, model_error / plant.conditions.P_s**2)
+    both = of_noise + moved.T @ moved / LIMITS**2
+    at_same_x = moved[[not name.endswith("of x") for name in SHIFTING]]
+    of_next = max(of_noise, key=np.trace) + at_same_x.T @ at_same_x / LIMITS**2
     laws = np.array([found.theta - best.theta for found in by_law.values()])
     values = problem.values(best.theta)
     low, high, scales = dict[str, float](), dict[str, float](), problem.scales
@@ -106,6 +110,7 @@ def estimate(
         remainder=named(remainder_shifts(best)),
         expected=named(expected_shifts(both[0])),
         correlation=dict(zip(problem.names, map(named, correlation(both)), strict=True)),
+        covariance=dict(zip(problem.names, map(named, bounded(of_next, problem.bounds())), strict=True)),
         of_configuration=plant.conditions.P_s * misfit,
         at_bound=problem.at_bound(problem.inner(values)),
         held=tuple(held),

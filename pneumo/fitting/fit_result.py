@@ -55,6 +55,8 @@ class Estimate(NamedTuple):
     # By parameter, on that scale: half of the interval from noise and configuration alone.
     expected: Mapping[str, float] = MappingProxyType({})
     correlation: Mapping[str, Mapping[str, float]] = MappingProxyType({})  # of two parameters
+    # The same, on that scale, where the errors of the sensor of x stay as they are.
+    covariance: Mapping[str, Mapping[str, float]] = MappingProxyType({})
     of_configuration: float = (
         0.0  # Pa, standard deviation of the residual by what is configured, within its accuracy
     )
@@ -171,9 +173,9 @@ class FitResult:
         marked = self.data["held"].sel(model=model)
         return {*self.data["parameter"].values[marked.values == 1].tolist()}
 
-    def correlation(self, model: str) -> pd.DataFrame:
-        """Correlation of a model's parameters, by their names."""
-        table = self.data["correlation"].sel(model=model).values
+    def correlation(self, model: str, of: str = "correlation") -> pd.DataFrame:
+        """Correlation of a model's parameters, or their "covariance", by their names."""
+        table = self.data[of].sel(model=model).values
         fitted = np.isfinite(table).any(axis=0)
         names = self.data["parameter"].values[fitted]
         return pd.DataFrame(table[np.ix_(fitted, fitted)], index=names, columns=names)
@@ -275,7 +277,11 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
         data = data.assign_coords(quantity=list(SHIFTING))
         data["moved_by"] = (*by_parameter, "quantity"), shifts, about
     if any(e.correlation for e in every):
-        tables = [pd.DataFrame(e.correlation).reindex(parameters, columns=parameters) for e in every]
         data = data.assign_coords(other=parameters)
-        data["correlation"] = (*by_parameter, "other"), np.array(tables), {"long_name": "of two parameters"}
+        for name, about in (
+            ("correlation", "of two parameters"),
+            ("covariance", "of two parameters, or their logarithms, if the sensor of x stays the same"),
+        ):
+            tables = [pd.DataFrame(getattr(e, name)).reindex(parameters, columns=parameters) for e in every]
+            data[name] = (*by_parameter, "other"), np.array(tables), {"long_name": about}
     return data

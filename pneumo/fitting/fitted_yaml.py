@@ -5,7 +5,6 @@ from math import pi
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import yaml
 
 from pneumo.configuration.experiment import Plant
@@ -244,11 +243,11 @@ def _with_curve(
 def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Uncertain) -> dict[str, Any]:
     """Joint covariance of the fitted quantities, and each model's error on the part held out, for a study.
 
-    An interval without ends, or of a parameter held as configured, says nothing: that one is as uncertain as
-    `before`.
+    A replay on another record from the same sensor of x hardly depends on that sensor's errors, which move the
+    dead volumes most: the covariance is without them. An interval without ends, or of a parameter held as
+    configured, says nothing: that one is as uncertain as `before`.
     """
-    rig, deviations = fit.model_of_rig, dict[str, float]()
-    related = fit.correlation(rig) if "correlation" in fit.data else pd.DataFrame()
+    rig, deviations, unknown = fit.model_of_rig, dict[str, float](), set[str]()
     for name, (value, low, high) in estimates.items():
         known_as = QUANTITIES[name].study_name
         if not known_as:
@@ -257,22 +256,24 @@ def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Unce
         if name in fit.held(rig) or np.isnan(ends).all():
             if known_as in before.names:
                 deviations[name] = before.half_width(known_as) / SIGMAS
+                unknown.add(name)
             continue
         away = np.log(ends / value) if QUANTITIES[name].logarithmic else ends - value
         deviations[name] = np.nanmax(np.abs(away)) / SIGMAS  # draws are symmetric, and cover both ends
-    names, widths = list(deviations), np.array(list(deviations.values()))
-    correlation = related.reindex(index=names, columns=names).fillna(0.0).to_numpy(copy=True)
-    np.fill_diagonal(correlation, 1.0)
+    names = list(deviations)
+    covariance = np.diag(np.square(list(deviations.values())))
+    if "covariance" in fit.data:
+        joint = fit.correlation(rig, "covariance")
+        known = [name for name in names if name in joint.index and name not in unknown]
+        at = [names.index(name) for name in known]
+        covariance[np.ix_(at, at)] = joint.loc[known, known]
     errors = {
         "full order" if model == FULL_ORDER else model: rms_of_chambers(held_out) / 1e3
         for model, held_out in zip(fit.models, fit.data["rms_held_out"].values, strict=True)
     }
     return {
         "quantities": [QUANTITIES[name].study_name for name in names],
-        "covariance": [
-            [float(f"{value:.12g}") for value in row]
-            for row in (correlation * np.outer(widths, widths)).tolist()
-        ],
+        "covariance": [[float(f"{value:.12g}") for value in row] for row in covariance.tolist()],
         "error_kPa": {model: _rounded(error) for model, error in errors.items()},
     }
 
