@@ -32,14 +32,14 @@ from benchmarks.bench_rig import CONTROL, POSITION_NOISE, U_MAX, Rig, bench_reco
 from benchmarks.disturbances import Columns
 from benchmarks.fit_bench import LIMITS, believed_plant, imperfect, imperfect_sensors
 from benchmarks.fit_counts import ROOT, named_causes
-from pneumo.configuration.parameters import accuracy
+from pneumo.configuration.priors import accuracy
 from pneumo.fitting.estimate import prediction
 from pneumo.fitting.fit_problem import FULL, Problem
 from pneumo.fitting.fit_result import rms_of_chambers
-from pneumo.fitting.fitted_parameters import CHOICES
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.notebook.model_study import ModelStudy
 from pneumo.physics.models import FULL_ORDER_WALLS, MODELS, wall_law
+from pneumo.quantities.table import CHOICES
 from pneumo.selection.plants import load_rig
 
 PLANTS, FIRST_SEED = 40, 41_000
@@ -80,7 +80,7 @@ def configured(rig: Rig, rng: np.random.Generator, folder: Path) -> Path:
 def logged(columns: Columns, seed: int) -> pd.DataFrame:
     """Table of a record by the sensors of a plant: those of one seed have the same errors."""
     rng = np.random.default_rng(seed)
-    offsets = rng.normal(0.0, np.array([accuracy().offset_A, accuracy().offset_B]) / LIMITS)
+    offsets = rng.normal(0.0, np.array([accuracy()["offset_A"], accuracy()["offset_B"]]) / LIMITS)
     seen = imperfect_sensors(columns, accuracy(), BITS, rng)
     for name, offset in zip(("P_A", "P_B"), offsets, strict=True):
         seen[name] = seen[name] + offset

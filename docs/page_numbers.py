@@ -210,8 +210,8 @@ def from_the_template() -> Numbers:
         )
     lines = [line.rstrip() for line in done.stdout.splitlines()]
     budget = next(i for i, line in enumerate(lines) if line.startswith(" "))
-    measure = next(i for i, line in enumerate(lines) if line.startswith("- Measure"))
-    answer = "\n".join([*lines[:budget], "...", lines[measure]])
+    after = next(i for i, line in enumerate(lines) if line.startswith("- After one"))
+    answer = "\n".join([*lines[:budget], "...", lines[after]])
     return {"study": {"answer": answer}, "vented": vented.tables()}
 
 

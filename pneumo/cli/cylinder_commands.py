@@ -86,7 +86,7 @@ def study(
         bool, Option("--details", help="print the ranking and the limits assumed too")
     ] = False,
 ) -> None:
-    """Recommend a model for your cylinder, with its error budget and what to measure next."""
+    """Recommend a model for your cylinder, with its error budget and the error after one record."""
     from pneumo.errors import InputError
 
     if not files:

@@ -26,7 +26,7 @@ from pneumo.fitting.settings import LEVEL, MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.wall_laws import wall_law_fits
 from pneumo.physics.models import Model, Wall
-from pneumo.quantities.table import FULL_ORDER, PARAMETERS, REPORTED, STARTS, start_name
+from pneumo.quantities.table import FULL_ORDER, PARAMETERS, REPORTED, SHIFTING, STARTS, start_name
 
 ALONE_STEPS = 15  # of a search with one configured quantity free
 

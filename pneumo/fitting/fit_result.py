@@ -276,12 +276,12 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
         about = {"long_name": "shift if a configured quantity is off by its accuracy, in parameter_unit"}
         data = data.assign_coords(quantity=list(SHIFTING))
         data["moved_by"] = (*by_parameter, "quantity"), shifts, about
-    if any(e.correlation for e in every):
-        data = data.assign_coords(other=parameters)
-        for name, about in (
-            ("correlation", "of two parameters"),
-            ("covariance", "of two parameters, or their logarithms, if the sensor of x stays the same"),
-        ):
+    for name, about in (
+        ("correlation", "of two parameters"),
+        ("covariance", "of two parameters, or their logarithms, if the sensor of x stays the same"),
+    ):
+        if any(getattr(e, name) for e in every):
             tables = [pd.DataFrame(getattr(e, name)).reindex(parameters, columns=parameters) for e in every]
+            data = data.assign_coords(other=parameters)
             data[name] = (*by_parameter, "other"), np.array(tables), {"long_name": about}
     return data

@@ -243,9 +243,9 @@ def _with_curve(
 def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Uncertain) -> dict[str, Any]:
     """Joint covariance of the fitted quantities, and each model's error on the part held out, for a study.
 
-    A replay on another record from the same sensor of x hardly depends on that sensor's errors, which move the
-    dead volumes most: the covariance is without them. An interval without ends, or of a parameter held as
-    configured, says nothing: that one is as uncertain as `before`.
+    Errors of the sensor of x move the dead volumes, but hardly change a replay on another record from this
+    sensor: the covariance is without them. An interval without ends, or of a parameter held as configured,
+    says nothing: that one is as uncertain as `before`.
     """
     rig, deviations, unknown = fit.model_of_rig, dict[str, float](), set[str]()
     for name, (value, low, high) in estimates.items():

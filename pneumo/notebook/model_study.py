@@ -37,7 +37,7 @@ class ModelStudy:
 
     @cached_property
     def answers(self) -> list[Answer]:
-        """Answer for each cylinder: the model to take, the error budget, and what to measure next."""
+        """Answer for each cylinder: the model to take, the error budget, and the error after one record."""
         return answers(self.cells)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""The answer of `pneumo study` for one cylinder: which model to take, its expected error, what to measure.
+"""The answer of `pneumo study` for one cylinder: which model to take, its expected error, advice.
 
 Candidates are the reduced models, each at one n, and the full order. Their errors are those on cylinders
 drawn from what is not known; after a fit, those on the part of the record that it did not see come first.
@@ -148,12 +148,11 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
     if budget.measured:
         errors = sorted(budget.measured.items(), key=lambda item: item[1])[:3]
         shown = ", ".join(f"{model} {_kpa(error)}" for model, error in errors)
-        reason = f"On the part of the record that was held out: {shown}"
-        reason += f". In simulation {named(chosen)} has {expected}"
-        best = budget.rows[0]
-        if chosen.rms**2 > (1 + MATERIAL) * best.rms**2:
-            reason += f", {named(best)} {_kpa(best.rms)}: believe the measurement"
-        return reason
+        causes = f"the {budget.groups[0]} most of all" if budget.groups else "with everything known"
+        return (
+            f"Measured on the part of the record held out, with the sensors' noise: {shown}. What the fit"
+            f" leaves unknown, {causes}, makes {expected} in simulation"
+        )
     reason = f"Expected error {expected}"
     reason += f", {100 * chosen.rms / swing:.2g} % of the pressures' swing"
     if np.isfinite(chosen.stroke):
@@ -175,8 +174,8 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
     lines: list[str] = []
     after, lowest = budget.after_record, budget.rows[0].rms
     if lowest**2 > after**2 + NOISE**2:  # what a record gains, sensors show
-        change = f"expect {_kpa(after)} in place of {_kpa(lowest)}"
-        lines.append(f"After one record of {RECORD:g} s and `pneumo fit`, {change}, by the full order.")
+        change = f"{_kpa(after)} with the full order, not {_kpa(lowest)}"
+        lines.append(f"After one {RECORD:g} s record (`pneumo fit`): {change}.")
     both = {row.model: (row.rms**2 + row.stroke**2) ** 0.5 for row in budget.rows}
     if not np.isnan(chosen.stroke) and chosen.model not in (best := _within(both)):
         other = budget.row(best[0])

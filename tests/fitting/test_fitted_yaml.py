@@ -174,6 +174,16 @@ def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_p
     for name in ("k_0", "V_d_B"):
         assert unknown.half_width(name) == pytest.approx(before.half_width(name), rel=1e-3)
     assert unknown.half_width("V_d_A") == pytest.approx(-np.log(0.9), rel=1e-3)
+    # A joint covariance counts instead of intervals, but not for what is held.
+    joint = {"k_xu": {"k_xu": 1e-4, "V_d_A": 2e-4}, "V_d_A": {"k_xu": 2e-4, "V_d_A": 9e-4}}
+    ends = ({name: factor * value for name, value in VALUES.items()} for factor in (0.9, 1.1))
+    full = Estimate(
+        VALUES, *ends, *np.zeros((3, 2)), held=("k_0",), covariance=joint | {"k_0": {"k_0": 1e-6}}
+    )
+    known = uncertainties(read(written(found(full=full), "mine", mine, TEMPLATE), tmp_path)[0])["mine"]
+    C, V_d_A = (known.names.index(name) for name in ("C", "V_d_A"))
+    assert known.covariance[C][V_d_A] == 2e-4 and known.covariance[V_d_A][V_d_A] == 9e-4
+    assert known.half_width("k_0") == pytest.approx(before.half_width("k_0"), rel=1e-3)
 
 
 def test_a_coefficient_gives_way_to_k_0_and_a_measured_temperature_is_kept(mine, tmp_path):

@@ -80,7 +80,7 @@ def test_the_bar_of_a_model_is_its_expected_error_and_its_line_the_interval():
 def test_cells_of_the_budget():
     answer = answered(made(unknown={"valve": 50.0}, measured={"M8": 2e3}, noise=1e-9))
     texts = dict(zip(budget_heads(answer), budget_cells(answer.budget.row("M8"), answer), strict=True))
-    assert texts["all"] == "7.3" and texts["95 %"] == "2 to 7.3" and texts["valve"] == "7.1"
+    assert texts["all"] == "7.3" and texts["95\N{NO-BREAK SPACE}%"] == "2 to 7.3" and texts["valve"] == "7.1"
     assert (texts["n"], texts["record"], texts["model itself"]) == ("1.3", "2", "1.7")
     full = dict(zip(budget_heads(answer), budget_cells(answer.budget.row("full order"), answer), strict=True))
     assert (full["n"], full["record"], full["model itself"]) == ("", "–", "0")
@@ -92,7 +92,9 @@ def test_the_table_fits_a_terminal():
     console.print(terminal_tables.budget_table(wide))
     text = console.export_text()
     assert all(f"M{i} " in text for i in range(1, 11)) and "…" not in text
-    assert "full order " in text and "itself" in text and "volumes" in text and " 95 % " in text
+    assert (
+        "full order " in text and "itself" in text and "volumes" in text and " 95\N{NO-BREAK SPACE}% " in text
+    )
 
 
 @pytest.mark.slow

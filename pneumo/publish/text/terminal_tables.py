@@ -63,10 +63,19 @@ def ranking_rows(ranking: Ranking) -> list[list[str]]:
 
 
 def budget_heads(answer: Answer) -> list[str]:
-    """Headings of the error budget: the group whose measurement helps most comes first."""
+    """Headings of the error budget: the group that causes most of the error comes first."""
     measured = ["record"] if answer.budget.measured else []
-    strokes = ["strokes into rest"] if _strokes(answer) else []
-    return ["model", "n", *measured, "all", "95 %", *answer.budget.groups, "model itself", *strokes]
+    strokes = ["into rest"] if _strokes(answer) else []
+    return [
+        "model",
+        "n",
+        *measured,
+        "all",
+        "95\N{NO-BREAK SPACE}%",
+        *answer.budget.groups,
+        "model itself",
+        *strokes,
+    ]
 
 
 def _strokes(answer: Answer) -> bool:
@@ -91,7 +100,7 @@ def budget_cells(row: Row, answer: Answer) -> list[str]:
 def budget_table(answer: Answer) -> Table:
     """Error budget of one cylinder, lowest expected error first; the chosen model is bold."""
     rows = [budget_cells(row, answer) for row in answer.rows]
-    heads = [head if head[0].isdigit() else head.replace(" ", "\n", 1) for head in budget_heads(answer)]
+    heads = [head.replace(" ", "\n", 1) for head in budget_heads(answer)]
     table = _table("", heads, rows, answer.chosen, numbers=True)
     table.title, table.box = None, None
     return table
@@ -105,7 +114,7 @@ def ranking_table(answer: Answer) -> Table:
 
 
 def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (), width: int = 80) -> str:
-    """Answers of a study as text: model, error budget, what to measure, and the command that exports it.
+    """Answers of a study as text: model, error budget, advice, and the command that exports it.
 
     `study` has all cylinders of the configuration in `files`.
     """
