@@ -36,7 +36,7 @@ def error_after_record(experiment: Experiment, known: Accuracy) -> float:
     of_plant = [not name.startswith("offset") for name in rest.names]
     there = there._replace(jacobian=there.jacobian * of_plant)
     parts = Parts(fitted, rest, here._replace(residual=noise), there)
-    return float(rms_of_chambers(expected_error(parts, known, known | dict.fromkeys(SENSORS, 0.0))))
+    return float(rms_of_chambers(expected_error(parts, known, {**known, **dict.fromkeys(SENSORS, 0.0)})))
 
 
 def problems_of(experiment: Experiment, known: Accuracy) -> tuple[Problem, Problem]:

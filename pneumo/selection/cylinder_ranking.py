@@ -223,7 +223,7 @@ def drawn_errors(
         ):
             cells[name] = (of_dims, mse, about | {"long_name": f"the same {words}"})
         cells = cells.assign_coords(group=[*GROUPS, NOTHING])
-        if not uncertain.measured:
+        if uncertain.accuracy and not uncertain.measured:
             after = [error_after_record(experiments[0], uncertain.accuracy)] * len(experiments)
             about = {"units": "Pa", "long_name": "expected RMS error of a full order fitted to one record"}
             cells["after_record"] = ("experiment", after, about)
