@@ -12,14 +12,15 @@ stop is cut there.
 Equations are in the order in which they are solved, as in `pneumo.equations.equation_list`.
 """
 
+from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from pneumo.configuration.experiment import Plant
 from pneumo.equations.equation_list import Equations
 from pneumo.physics.chamber import wall_conductance, wall_heat
 from pneumo.physics.cylinder import Chamber, Cylinder, heat_area, volume, with_spring
-from pneumo.physics.models import Model, full_order_lane, lane, temperature
+from pneumo.physics.models import Lane, Model, full_order_lane, lane, temperature
 from pneumo.physics.valve import Gas, Valve, choked_flow, port_flows
 
 LONGEST, SHORTEST = 1e-3, 9.1e-5  # s, of substeps: at most eleven in 1 ms
@@ -88,88 +89,129 @@ def substep_length(left: Any, pace_A: Any, pace_B: Any) -> Any:
     return s if left > 1.001 * s else left
 
 
-def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> Equations:
-    """Equations of one chamber over a substep of s seconds.
+class _Filling(NamedTuple):
+    """What the equations of a chamber over a substep share; the methods' k has what is known by name."""
 
-    Their inputs are those of `chamber_equations`, with position and velocity `x_mid` and `v_mid` at the first
-    stage, `x_end` and `v_end` at the end, and s. Results are `P_after` and, in the full order, `T_after`.
-    """
-    gas, restrictions, c, cylinder, k_0, wall = plant
-    g, paths, equations = gas.gamma, restrictions.paths, Equations("x_mid v_mid x_end v_end")
-    row = lane(model, n, g) if model else full_order_lane(g, wall)
-    a = row.a if model else (g - 1) / g
-    flows = "" if model else " m_in m_out"  # needed for the temperature of the full order
-    two = bool(restrictions.leak) or paths.both_open  # whether air may flow through both ports
-    # Whether incoming air becomes warmer with the pressure.
-    warms = model and model.temperature != "constant" and not row.mixing
-    half = (0.5 - STAGE) / (1 - STAGE)  # of the way from the first stage to the end
-    further = 1 / STAGE - 1
-    let = equations.let
+    model: Model | None  # None is the full order
+    row: Lane
+    plant: Plant
+    valve: bool  # else the mass flow m is given
 
-    def open_path(k: Any) -> tuple[Any, ...]:
-        areas = [restrictions.k_xu * opening + restrictions.leak for opening in (k.inlet, k.outlet)]
-        # If both are open, first the port where the flow changes most with the pressure.
-        slopes = areas[0] ** 2 * abs(k.P - c.P_atm), areas[1] ** 2 * abs(c.P_s - k.P)
-        first = slopes[0] >= slopes[1] if two else k.inlet > 0
-        ratios = (k.b_inlet, k.b_outlet) if paths.b else (None, None)
-        ports = list(zip(areas, (c.P_s, c.P_atm), ratios, strict=True))
-        (A_t, P_port, b), (A_other, P_other, b_other) = ports if first else reversed(ports)
-        return (A_t, P_port, A_other, P_other, b, b_other) if two else (A_t, P_port, b)
+    @property
+    def a(self) -> Any:
+        """Exponent of the temperature over the pressure, eq (6) or isentropic."""
+        g = self.plant.gas.gamma
+        return self.row.a if self.model else (g - 1) / g
 
-    def open_port(k: Any) -> tuple[Any, ...]:
+    @property
+    def flows(self) -> str:
+        """Names of the flows, which the temperature of the full order needs."""
+        return "" if self.model else " m_in m_out"
+
+    @property
+    def two(self) -> bool:
+        """Whether air may flow through both ports at a time."""
+        return bool(self.plant.valve.leak) or self.plant.valve.paths.both_open
+
+    @property
+    def warms(self) -> bool:
+        """Whether incoming air becomes warmer with the pressure."""
+        return self.model is not None and self.model.temperature != "constant" and not self.row.mixing
+
+    # --- the ports: areas, pressures and critical ratios, first of the one that is open ---
+
+    def ports(self) -> tuple[str, Callable[[Any], Any]]:
+        """Names and function of the open port, and of the other one if it may be open too."""
+        names = "A_t P_port" + " A_other P_other" * self.two
+        if not self.plant.valve.paths.knots:
+            return names, self.port_of_command
+        return names + (" b_port" + " b_other" * self.two) * bool(
+            self.plant.valve.paths.b
+        ), self.port_of_paths
+
+    def port_of_command(self, k: Any) -> tuple[Any, ...]:
+        restrictions, c = self.plant.valve, self.plant.conditions
         if k.u >= 0:
             return restrictions.k_xu * k.u + restrictions.leak, c.P_s, restrictions.leak, c.P_atm
         area = -restrictions.k_xu * k.u * restrictions.exhaust + restrictions.leak
         return area, c.P_atm, restrictions.leak, c.P_s
 
-    def ratio_at_half(k: Any) -> Any:
+    def port_of_paths(self, k: Any) -> tuple[Any, ...]:
+        restrictions, c = self.plant.valve, self.plant.conditions
+        areas = [restrictions.k_xu * opening + restrictions.leak for opening in (k.inlet, k.outlet)]
+        # If both are open, first the port where the flow changes most with the pressure.
+        slopes = areas[0] ** 2 * abs(k.P - c.P_atm), areas[1] ** 2 * abs(c.P_s - k.P)
+        first = slopes[0] >= slopes[1] if self.two else k.inlet > 0
+        ratios = (k.b_inlet, k.b_outlet) if restrictions.paths.b else (None, None)
+        ports = list(zip(areas, (c.P_s, c.P_atm), ratios, strict=True))
+        (A_t, P_port, b), (A_other, P_other, b_other) = ports if first else reversed(ports)
+        return (A_t, P_port, A_other, P_other, b, b_other) if self.two else (A_t, P_port, b)
+
+    def gas_with(self, b: Any) -> Gas:
+        """Gas with the critical ratio of a path, where paths have their own."""
+        gas = self.plant.gas
+        return gas._replace(critical_ratio=b) if self.plant.valve.paths.b else gas
+
+    # --- wall heat ---
+
+    def ratio_at_half(self, k: Any) -> Any:
+        cylinder = self.plant.cylinder
+        half = (0.5 - STAGE) / (1 - STAGE)  # of the way from the first stage to the end
         return heat_area(k.x_mid + half * (k.x_end - k.x_mid), cylinder) / heat_area(0.0, cylinder)
 
-    def heat(k: Any) -> Any:
-        conductance = wall_conductance(k_0, k.area_ratio, k.P * k.T / (c.P_0 * c.T_0), row.e_A, row.e_PT)
+    def heat(self, k: Any) -> Any:
+        c, row = self.plant.conditions, self.row
+        PT = k.P * k.T / (c.P_0 * c.T_0)
+        conductance = wall_conductance(self.plant.k_0, k.area_ratio, PT, row.e_A, row.e_PT)
         return row.wall_scale * wall_heat(k.T, conductance, c.T_amb)
 
-    def energies(T: Any) -> tuple[Any, Any]:
-        """Factors R n T of inflow and outflow in eq (10)."""
-        T_inlet = row.mixing * c.T_in + (1 - row.mixing) * T
-        return row.n_in * gas.R * T_inlet, row.n_out * gas.R * T
+    # --- a stage: P = base + STAGE s dP_dt(P) ---
 
-    def given(k: Any) -> tuple[Any, Any, Any]:
-        inlet, outlet = energies(k.T_guess)
+    def energies(self, T: Any) -> tuple[Any, Any]:
+        """Factors R n T of inflow and outflow in eq (10)."""
+        row, R = self.row, self.plant.gas.R
+        T_inlet = row.mixing * self.plant.conditions.T_in + (1 - row.mixing) * T
+        return row.n_in * R * T_inlet, row.n_out * R * T
+
+    def given(self, k: Any) -> tuple[Any, Any, Any]:
+        inlet, outlet = self.energies(k.T_guess)
         return (inlet * k.m, k.m, 0.0) if k.m > 0 else (outlet * k.m, 0.0, -k.m)
 
-    def leaking(k: Any) -> tuple[Any, Any, Any]:
-        its_gas = gas._replace(critical_ratio=k.b_other) if paths.b else gas
+    def leaking(self, k: Any) -> tuple[Any, Any, Any]:
+        restrictions, c = self.plant.valve, self.plant.conditions
+        its_gas = self.gas_with(k.b_other if restrictions.paths.b else None)
         m_in, m_out = port_flows(k.A_other, k.P_other, k.P_guess, k.T_guess, restrictions, its_gas, c)
-        inlet, outlet = energies(k.T_guess)
+        inlet, outlet = self.energies(k.T_guess)
         return inlet * m_in - outlet * m_out, m_in, m_out
 
-    def fixed(k: Any) -> tuple[Any, Any]:
+    def fixed(self, k: Any) -> tuple[Any, Any]:
         w = STAGE * k.s / k.space
-        power = k.leak_power if two and valve else 0.0 if valve else k.power
-        return 1 + w * row.n_V * k.growth, k.base + w * ((g - 1) * k.heat + power)
+        power = k.leak_power if self.two and self.valve else 0.0 if self.valve else k.power
+        heating = (self.plant.gas.gamma - 1) * k.heat
+        return 1 + w * self.row.n_V * k.growth, k.base + w * (heating + power)
 
-    def between(k: Any) -> tuple[Any, Any, Any, Any, Any]:
-        inlet, outlet = energies(k.T_guess)
+    def between(self, k: Any) -> tuple[Any, Any, Any, Any, Any]:
+        inlet, outlet = self.energies(k.T_guess)
         if k.excess >= 0:
             drop = max(k.P_port - k.P_guess, LEAST_DROP * k.P_port)
-            return drop, k.P_port, 1 - drop / k.P_port, c.T_in, inlet
+            return drop, k.P_port, 1 - drop / k.P_port, self.plant.conditions.T_in, inlet
         drop = max(k.P_guess - k.P_port, LEAST_DROP * k.P_port)
         return drop, k.P_port + drop, k.P_port / (k.P_port + drop), k.T_guess, outlet
 
-    def flowing(k: Any) -> tuple[Any, Any]:
-        its_gas = gas._replace(critical_ratio=k.b_port) if paths.b else gas
-        return flow_and_exponent(k.A_t, k.P_u, k.ratio, k.T_u, its_gas, restrictions)
+    def flowing(self, k: Any) -> tuple[Any, Any]:
+        its_gas = self.gas_with(k.b_port if self.plant.valve.paths.b else None)
+        return flow_and_exponent(k.A_t, k.P_u, k.ratio, k.T_u, its_gas, self.plant.valve)
 
-    def slope(k: Any) -> Any:
+    def slope(self, k: Any) -> Any:
         """The temperature of eq (6), or of an isentropic change, follows the pressure."""
         if k.excess >= 0:
             return min(2 * k.exponent, 1.0)
-        return (2 + a) * (1 - k.ratio) + 2 * k.exponent * k.ratio
+        return (2 + self.a) * (1 - k.ratio) + 2 * k.exponent * k.ratio
 
-    def root(k: Any, secant: bool) -> Any:
+    def root(self, k: Any, secant: bool) -> Any:
         square, rest = k.resists * k.drop, k.rest
-        if warms:
+        if self.warms:
+            a = self.a
             ahead = (1 - a) / 2 * k.gain if secant else 0.0
             more = min(a * k.gain / (k.P_guess + ahead), k.resists / 2) * k.drop if k.excess >= 0 else 0.0
             square, rest = square - more, rest - more
@@ -178,99 +220,115 @@ def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> E
             return 2 * rest / (linear + (linear**2 + 4 * square * rest) ** 0.5)
         return 0.0
 
-    def solved(k: Any) -> tuple[Any, Any, Any]:
+    def solved(self, k: Any) -> tuple[Any, Any, Any]:
         change = k.drop * k.q**2
-        leak_in, leak_out = (k.leak_in, k.leak_out) if two and not model else (0.0, 0.0)
+        leak_in, leak_out = (k.leak_in, k.leak_out) if self.two and not self.model else (0.0, 0.0)
         # The flow that the balance needs.
         m = (abs(k.excess) - k.resists * k.drop * k.q**2) * k.space / (STAGE * k.s * k.energy)
         if k.excess >= 0:
             return k.P_port - change, m + leak_in, leak_out
         return k.P_port + change, leak_in, m + leak_out
 
-    def stage(at: str, **guesses: str) -> None:
-        """Equations of P, m_in and m_out at a stage that solve P = base + STAGE s dP_dt(P).
+    def stage(self, equations: Equations, at: str, **guesses: str) -> None:
+        """Append the equations of P, m_in and m_out at a stage.
 
         `guesses` renames base and the first guesses, P_guess and T_guess.
         """
         let = partial(equations.let, at=at, **guesses)
-        if not valve:
-            let("power" + flows, "W, kg/s, given flow", given)
-        elif two:
-            let("leak_power" + flows.replace("m_", "leak_"), "W, kg/s, other port", leaking)
+        if not self.valve:
+            let("power" + self.flows, "W, kg/s, given flow", self.given)
+        elif self.two:
+            let("leak_power" + self.flows.replace("m_", "leak_"), "W, kg/s, other port", self.leaking)
         let(
             "resists still",
             "1, Pa: P_port, or a pressure, times the first is the second where nothing flows",
-            fixed,
+            self.fixed,
         )
-        if not valve:
+        if not self.valve:
             let("P", "Pa", lambda k: k.still / k.resists)
             return
+        comment = "Pa, Pa, 1, K, J/kg: of the restriction, at a first guess"
         let("excess", "Pa, positive: air flows in", lambda k: k.P_port * k.resists - k.still)
-        let("drop P_u ratio T_u energy", "Pa, Pa, 1, K, J/kg: of the restriction, at a first guess", between)
-        let("m exponent", "kg/s, eq (1), and d ln(m) / d ln(1 - P_d/P_u)", flowing)
-        let("slope", "d ln(m) / d ln(q)", slope)
+        let("drop P_u ratio T_u energy", comment, self.between)
+        let("m exponent", "kg/s, eq (1), and d ln(m) / d ln(1 - P_d/P_u)", self.flowing)
+        let("slope", "d ln(m) / d ln(q)", self.slope)
         let("gain", "Pa, by this flow in this stage", lambda k: STAGE * k.s * k.energy * k.m / k.space)
         # resists q^2 + linear q = rest, with q over the square root of drop
         comment = "Pa: resists drop q^2 + gain slope q equals it, q in roots of drop"
         let("rest", comment, lambda k: abs(k.excess) - k.gain * (1 - k.slope))
         # At mid the guess is the pressure before: the slope is that of a secant.
-        let("q", "1", lambda k: root(k, secant=at == "_mid"))
-        let("P" + flows, "Pa" if model else "Pa, kg/s", solved)
+        let("q", "1", lambda k: self.root(k, secant=at == "_mid"))
+        let("P" + self.flows, "Pa" if self.model else "Pa, kg/s", self.solved)
 
-    def adiabatic(k: Any) -> Any:
-        return _adiabatic(k.T, k.P, k.P_new, a)
+    # --- temperatures ---
 
-    def before(k: Any) -> tuple[Any, Any]:
+    def polytropic(self, k: Any) -> Any:
+        return temperature(k.P, self.plant.conditions.P_0, self.plant.conditions.T_0, self.row.a)
+
+    def adiabatic(self, k: Any) -> Any:
+        return _adiabatic(k.T, k.P, k.P_new, self.a)
+
+    def before(self, k: Any) -> tuple[Any, Any]:
         V_before = k.space_end - k.s * ((1 - STAGE) * k.growth_mid + STAGE * k.growth_end)
-        return V_before + STAGE * k.s * k.growth_mid, k.P * V_before / (gas.R * k.T)
+        return V_before + STAGE * k.s * k.growth_mid, k.P * V_before / (self.plant.gas.R * k.T)
 
-    def warmed(k: Any, weight: float) -> Any:
-        s = weight * k.s
+    def warmed(self, k: Any, weight: float) -> Any:
+        s, R = weight * k.s, self.plant.gas.R
         if s * (k.m_out - k.m_in) <= LEAST_LOSS * k.mass:
-            return k.P_new * k.V / (gas.R * (k.mass + s * (k.m_in - k.m_out)))  # mass balance
-        work = (k.P_new * k.V + k.mass * gas.R * k.T) / 2
-        after = adiabatic(k) * (1 + a * weight * k.s * k.heat / work)  # entropy
-        if not two:
+            return k.P_new * k.V / (R * (k.mass + s * (k.m_in - k.m_out)))  # mass balance
+        work = (k.P_new * k.V + k.mass * R * k.T) / 2
+        after = self.adiabatic(k) * (1 + self.a * weight * k.s * k.heat / work)  # entropy
+        if not self.two:
             return after
-        mixed = s * gas.R * k.T * k.m_in / work  # air from the other port over that inside
-        return (after + mixed * (c.T_in - k.T / 2)) / (1 + mixed / 2)
+        mixed = s * R * k.T * k.m_in / work  # air from the other port over that inside
+        return (after + mixed * (self.plant.conditions.T_in - k.T / 2)) / (1 + mixed / 2)
 
+
+def chamber_substep(model: Model | None, n: Any, plant: Plant, valve: bool) -> Equations:
+    """Equations of one chamber over a substep of s seconds.
+
+    Their inputs are those of `chamber_equations`, with position and velocity `x_mid` and `v_mid` at the first
+    stage, `x_end` and `v_end` at the end, and s. Results are `P_after` and, in the full order, `T_after`.
+    """
+    g = plant.gas.gamma
+    row = lane(model, n, g) if model else full_order_lane(g, plant.wall)
+    of = _Filling(model, row, plant, valve)
+    equations = Equations("x_mid v_mid x_end v_end")
+    let = equations.let
     if model:
         law = "eq (6)" if model.temperature == "polytropic" else "constant"
-        let("T", f"K, {law}", lambda k: temperature(k.P, c.P_0, c.T_0, row.a))
+        let("T", f"K, {law}", of.polytropic)
     for at in ("_mid", "_end"):
-        let("space", "m^3, volume", lambda k: volume(k.x, Chamber(k.area, k.V_d), cylinder), at)
+        let("space", "m^3, volume", lambda k: volume(k.x, Chamber(k.area, k.V_d), plant.cylinder), at)
         let("growth", "m^3/s, its rate", lambda k: k.area * k.v, at)
-    ports = "A_t P_port" + " A_other P_other" * two
-    if valve and paths.knots:
-        ports += (" b_port" + " b_other" * two) * bool(paths.b)
-        let(ports, "m^2, Pa, of the open port", open_path)
-    elif valve:
-        let(ports, "m^2, Pa, eq (2)", open_port)
-    let("area_ratio", "A_q(x)/A_q(0) at half the substep", ratio_at_half)
-    let("heat_mid", "W, wall heat: explicit, as it is slow", heat)
-    stage("_mid", base="P", P_guess="P", T_guess="T")
+    if valve:
+        names, function = of.ports()
+        let(names, "m^2, Pa, of the open port" if plant.valve.paths.knots else "m^2, Pa, eq (2)", function)
+    let("area_ratio", "A_q(x)/A_q(0) at half the substep", of.ratio_at_half)
+    let("heat_mid", "W, wall heat: explicit, as it is slow", of.heat)
+    of.stage(equations, "_mid", base="P", P_guess="P", T_guess="T")
+    further = 1 / STAGE - 1
     let("base", "Pa", lambda k: max(k.P + further * (k.P_mid - k.P), k.P_mid / 2))
     let("P_guess", "Pa, at the end", lambda k: max(k.P + (k.P_mid - k.P) / STAGE, k.P_mid / 2))
     if model:
-        let("T_mid", "K, nearly eq (6)", adiabatic, P_new="P_mid")
-        let("T_guess", "K, nearly eq (6)", adiabatic, P_new="P_guess")
+        let("T_mid", "K, nearly eq (6)", of.adiabatic, P_new="P_mid")
+        let("T_guess", "K, nearly eq (6)", of.adiabatic, P_new="P_guess")
     else:
-        let("air_mid mass", "m^3, kg", before)
+        let("air_mid mass", "m^3, kg", of.before)
         mid = {name: f"{name}_mid" for name in ("m_in", "m_out", "heat")}
-        let("T_mid", "K", lambda k: warmed(k, STAGE), P_new="P_mid", V="air_mid", **mid)
+        let("T_mid", "K", lambda k: of.warmed(k, STAGE), P_new="P_mid", V="air_mid", **mid)
         extrapolated = lambda k: min(max(k.T + (k.T_mid - k.T) / STAGE, k.T / 2), 2 * k.T)  # noqa: E731
         let("T_guess", "K, at the end", extrapolated)
     # The mean of both stages' wall heat is that at half the substep.
-    let("heat_next", "W", heat, P="P_mid", T="T_mid")
+    let("heat_next", "W", of.heat, P="P_mid", T="T_mid")
     let("heat_end", "W", lambda k: k.heat_next + 2 * further * (k.heat_next - k.heat_mid))
-    stage("_end")
+    of.stage(equations, "_end")
     let("P_after", "Pa", lambda k: k.P_end)
     if not model:
         for name in ("m_in", "m_out", "heat"):
             mean = lambda k: (1 - STAGE) * k.mid + STAGE * k.end  # noqa: E731
             let(name, "mean", mean, mid=f"{name}_mid", end=f"{name}_end")
-        let("T_after", "K", lambda k: warmed(k, 1.0), P_new="P_after", V="space_end")
+        let("T_after", "K", lambda k: of.warmed(k, 1.0), P_new="P_after", V="space_end")
     return equations
 
 
