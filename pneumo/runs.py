@@ -16,7 +16,7 @@ from pneumo.errors import InputError, RunError, shown
 from pneumo.physics.models import Model, lane_array
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
-from pneumo.publish.text.formatting import preformatted
+from pneumo.publish.text.formatting import lines_html
 from pneumo.selection.plants import load_plant, load_rig
 from pneumo.simulation.excitation import command as command_of
 from pneumo.simulation.full_order import RAN, RUN_STATUS, STATE, Recording, failure, run, supplied_mass
@@ -235,7 +235,7 @@ class Run(NamedTuple):
         return run_figure(self.to_xarray())
 
     def _repr_html_(self) -> str:
-        return preformatted(self)
+        return lines_html(self)
 
     def __repr__(self) -> str:
         """Text of at most ten lines: start, strokes, extremes of pressures and temperatures."""
@@ -287,7 +287,7 @@ class Prediction(NamedTuple):
         return pressure_figure(self.to_xarray())
 
     def _repr_html_(self) -> str:
-        return preformatted(self)
+        return lines_html(self)
 
     def __repr__(self) -> str:
         """Model with its root mean square errors; a replay that failed says why."""

@@ -99,7 +99,7 @@ def study(
     from pneumo.configuration.priors import conversion_notes, dynamics_notes, uncertainties
     from pneumo.notebook.model_study import ModelStudy
     from pneumo.publish.pages.study_page import check_folder
-    from pneumo.publish.text.terminal_tables import WHOLE, ranking_table
+    from pneumo.publish.text.terminal_tables import print_table, ranking_table
     from pneumo.selection.cylinder_ranking import run_study, selected, simulated_time
     from pneumo.storage.files import output_folder
 
@@ -119,7 +119,7 @@ def study(
     typer.echo(result.text(console.width))
     for answer in result.answers if details else ():
         console.print(f"Known within 95 %: {answer.limits}", markup=False)
-        console.print(ranking_table(answer), **WHOLE)
+        print_table(ranking_table(answer))
     page, cells_file = result.save(folder)
     console.print(f"{page}, {cells_file}: written", markup=False, soft_wrap=True)
     for answer in result.answers:

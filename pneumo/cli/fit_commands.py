@@ -100,8 +100,6 @@ def fit(
     """
     import json
 
-    from rich.console import Console
-
     from pneumo.catalogue import default_conductance
     from pneumo.fitting.record.columns import read_mapping
     from pneumo.notebook.record_fit import fit as fit_records
@@ -146,7 +144,7 @@ def fit(
         validated = {name: rms.tolist() for name, rms in errors.items()}
         typer.echo(json.dumps(fitted.summary() | ({"rms_validated": validated} if errors else {}), indent=1))
     for table in [] if as_json else [*shown.fit_tables(fitted), *shown.validation_tables(errors)]:
-        Console().print(table, **shown.WHOLE)
+        shown.print_table(table)
     for text in fitted.warnings:
         typer.echo(f"warning: {text}", err=as_json)
     start = default_conductance(found.plant.cylinder)
@@ -178,11 +176,9 @@ def rig(
 
     One chamber or both, each behind a hose. Models are ranked on pulses, or points, that no fit uses.
     """
-    from rich.console import Console
-
     from pneumo.fitting.record.columns import read_mapping
     from pneumo.notebook.record_fit import rig as fit_rig
-    from pneumo.publish.text.terminal_tables import WHOLE, fit_tables
+    from pneumo.publish.text.terminal_tables import fit_tables, print_table
     from pneumo.storage.files import output_folder
 
     if output is not None:
@@ -199,7 +195,7 @@ def rig(
     for note in fit.notes:
         typer.echo(f"note: {note}", err=True)
     for table in fit_tables(fit.result):
-        Console().print(table, **WHOLE)
+        print_table(table)
     for warning in fit.warnings:
         typer.echo(f"warning: {warning}", err=True)
     if output is not None:

@@ -272,6 +272,7 @@ def undetermined_notes(
 def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
     """Warning of a dead volume, m3, far from the configured one, or else from the default."""
     ratio = volume / getattr(plant.cylinder, name)
+    named = QUANTITIES[name].name.removeprefix("the ")
     if 1 / UNLIKELY < ratio < UNLIKELY:
         return []
     remedy = "check the stroke and the zero of x; is there a hose to the valve?"
@@ -279,7 +280,7 @@ def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
     if not stated(plant):
         configured = f"the default of {100 * DEAD_FRACTION:g} % of half the stroke, since none is configured"
         remedy = f"give {PARAMETERS[name].key.rpartition('.')[2]} (with hoses), or {remedy.partition(';')[0]}"
-    return [FitWarning(f"fitted {QUANTITIES[name].name} is {ratio:.2g} times {configured}: {remedy}", name)]
+    return [FitWarning(f"the fitted {named} is {ratio:.2g} times {configured}: {remedy}", name)]
 
 
 def apart(ends: Iterable[tuple[float, float]]) -> bool:

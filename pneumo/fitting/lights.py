@@ -62,18 +62,27 @@ def light_and_reason(
 
 
 def determined_text(judgements: Mapping[str, tuple[Light, str]]) -> str:
-    """How many parameters the record determines, and how many of these a warning concerns."""
-    lights = [light for light, _ in judgements.values()]
-    others = ADDS_LITTLE, WIDE, COMMANDS_END
-    doubted = sum(
-        light == "yellow" and not reason.startswith(others) for light, reason in judgements.values()
-    )
-    text = f"Of {len(lights)} parameters of the rig, {lights.count('green') + doubted} are determined"
-    if doubted:
-        text += f", but warnings concern {doubted} of these"
-    if AS_STATED in lights:
-        text += f"; {lights.count(AS_STATED)} as stated"
-    return text
+    """How many parameters have narrow, wide or open intervals, or are known as stated only.
+
+    A warning makes a light yellow whatever the interval is, so that the reason counts too.
+    """
+    counts = dict.fromkeys(("determined", "roughly", "as stated", "not"), 0)
+    doubted = 0
+    for light, reason in judgements.values():
+        if light == "red":
+            counts["not"] += 1
+        elif light == AS_STATED or reason.startswith(ADDS_LITTLE):
+            counts["as stated"] += 1
+        elif reason.startswith(WIDE):
+            counts["roughly"] += 1
+        else:  # narrow, if only up to the largest command of the record
+            counts["determined"] += 1
+            doubted += light == "yellow" and not reason.startswith(COMMANDS_END)
+    determined = counts.pop("determined")
+    verb = "is" if determined == 1 else "are"
+    text = f"Of {len(judgements)} parameters of the rig, {determined} {verb} determined"
+    text += "".join(f", {count} {kind}" for kind, count in counts.items() if count)
+    return f"{text}; warnings concern {doubted} of those determined" if doubted else text
 
 
 def within_commands(

@@ -17,8 +17,7 @@ from pneumo.configuration.priors import uncertainties
 from pneumo.configuration.schema import Configuration
 from pneumo.errors import InputError
 from pneumo.publish.pages.study_page import check_folder, save_study
-from pneumo.publish.text.formatting import preformatted
-from pneumo.publish.text.terminal_tables import study_text
+from pneumo.publish.text.terminal_tables import answer_html, study_text
 from pneumo.selection.answer import Answer, answers, export_command, exported_name
 from pneumo.selection.cylinder_ranking import run_study, selected
 
@@ -94,7 +93,8 @@ class ModelStudy:
         return self.text()
 
     def _repr_html_(self) -> str:
-        return preformatted(self)
+        """Answer, error budget and advice for each cylinder, for notebooks."""
+        return "".join(map(answer_html, self.answers))
 
 
 def study(

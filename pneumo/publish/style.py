@@ -19,6 +19,7 @@ from pneumo.storage.files import atomic
 
 SINGLE_MM = 84.0  # width of one column
 DOUBLE_MM = 174.0  # width of the page
+SCREEN_MM = 120.0  # readable on a phone, where a figure is as wide as the screen
 MM_PER_INCH = 25.4
 
 INK = "#1a1a1a"

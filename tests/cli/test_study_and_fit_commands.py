@@ -29,7 +29,8 @@ def test_init_then_study(inside, tmp_path):
     )
     assert [file.name for file in same.save(tmp_path / "saved")] == ["study.html", "study.nc"]
     (source, *_) = same.export(tmp_path / "chosen.c")
-    assert source.read_text().count("_step(") > 0 and "<pre>mine: Take " in same._repr_html_()
+    assert source.read_text().count("_step(") > 0 and "<strong>mine: Take " in same._repr_html_()
+    assert same._repr_html_().count("<tr>") == len(pneumo.MODELS) + 2
     files = sorted(file.name for file in (tmp_path / "study-cylinder-quick").iterdir())
     assert files == ["study.html", "study.nc"]
     options = ["--experiment", "open", "--seeds", 1, "-o", "one"]

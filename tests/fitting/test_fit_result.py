@@ -69,10 +69,12 @@ def test_the_count_of_determined_parameters_keeps_those_that_a_warning_concerns(
     wide = light_and_reason("k_0", Interval(1.0, 0.8, 1.3), doubts)
     stated = light_and_reason("T_in", Interval(293.0, 290.1, 295.9), (), 131.0, 6.0)
     lights = {"k_xu": narrow, "k_0": wide, "T_in": stated}
-    count = "Of 3 parameters of the rig, 1 are determined, but warnings concern 1 of these; 1 as stated"
-    assert determined_text(lights) == count
+    count = "Of 3 parameters of the rig, 1 is determined, 1 roughly, 1 as stated"
+    assert determined_text(lights) == f"{count}; warnings concern 1 of those determined"
     sure = {"k_xu": ("green", ""), "k_0": wide, "T_in": stated}
-    assert determined_text(sure) == "Of 3 parameters of the rig, 1 are determined; 1 as stated"
+    assert determined_text(sure) == count
+    doubted = dict.fromkeys("abcdefghij", narrow)  # a warning takes nothing from ten narrow intervals
+    assert determined_text(doubted).startswith("Of 10 parameters of the rig, 10 are determined; ")
 
 
 @pytest.mark.parametrize(("reached", "light"), [(9.5, "green"), (4.5, "yellow")])

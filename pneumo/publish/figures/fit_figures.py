@@ -14,6 +14,7 @@ from pneumo.publish.style import (
     GREY,
     INK,
     PALE,
+    SCREEN_MM,
     axis_label,
     new_figure,
     one_two_five,
@@ -78,7 +79,7 @@ def residual_figure(fit: FitResult) -> Figure:
     data, best = fit.data, fit.models[0]
     chambers, of_gas = [str(name) for name in data["chamber"].values], "T" in data
     heights = [2, 1] * len(chambers) + [1] * of_gas
-    fig = new_figure(DOUBLE_MM, 25 * sum(heights))
+    fig = new_figure(SCREEN_MM, 20 * sum(heights))
     panels = fig.subplots(len(heights), 1, sharex=True, height_ratios=heights)
     every = max(1, data.sizes["t"] // MOST_SAMPLES)
     t = data["t"].values[::every]
@@ -110,8 +111,8 @@ def residual_figure(fit: FitResult) -> Figure:
 def diagnosis_figure(fit: FitResult) -> Figure:
     """Autocorrelation of the first model's residuals on the part fitted, and its parameters' correlation."""
     data, model = fit.data, fit.models[0]
-    fig = new_figure(DOUBLE_MM, 75)
-    left, right = fig.subplots(1, 2, width_ratios=[1, 1.2])
+    fig = new_figure(SCREEN_MM, 140)
+    above, below = fig.subplots(2, 1, height_ratios=[2, 3])
     fitted = data.sel(t=slice(None, fit.held_out_from), model=model)
     residual = (fitted["P"] - fitted["pressure"]).transpose("chamber", "t").values
     period = float(data["t"].diff("t").mean())
@@ -120,19 +121,19 @@ def diagnosis_figure(fit: FitResult) -> Figure:
         residual - residual.mean(axis=1, keepdims=True), "AB", (ACCENT, INK), strict=True
     ):
         related = [np.dot(e[: len(e) - lag], e[lag:]) / np.dot(e, e) for lag in lags]
-        left.plot(lags * period * KILO, related, color=color, lw=0.8, label=f"$P_{chamber}$")
+        above.plot(lags * period * KILO, related, color=color, lw=0.8, label=f"$P_{chamber}$")
     white = 1.96 / np.sqrt(residual.shape[1])  # 95 % of white noise
-    left.axhspan(-white, white, color=PALE, zorder=0)
-    left.set_xlabel(axis_label("lag", "ms"))
-    left.set_ylabel("autocorrelation of the residual")
-    left.legend(loc="upper right")
+    above.axhspan(-white, white, color=PALE, zorder=0)
+    above.set_xlabel(axis_label("lag", "ms"))
+    above.set_ylabel("autocorrelation of the residual")
+    above.legend(loc="upper right")
     table = fit.correlation(model)
     # Columns have the numbers of the rows: names below them would need half the figure.
     names = [f"{QUANTITIES[str(name)].heading}, {row}" for row, name in enumerate(table.index, 1)]
-    right.imshow(table.to_numpy(), vmin=-1, vmax=1, cmap="RdBu_r")
-    right.set_xticks(range(len(names)), map(str, range(1, len(names) + 1)))
-    right.set_yticks(range(len(names)), names)
-    right.set_title(f"correlation of {model}'s parameters: red 1, blue -1")
+    below.imshow(table.to_numpy(), vmin=-1, vmax=1, cmap="RdBu_r")
+    below.set_xticks(range(len(names)), map(str, range(1, len(names) + 1)))
+    below.set_yticks(range(len(names)), names)
+    below.set_title(f"correlation of {model}'s parameters: red 1, blue -1")
     return fig
 
 
@@ -173,7 +174,7 @@ def pair_figure(fit: FitResult, model: str) -> Figure:
 @paper_style()
 def held_out_figure(fit: FitResult) -> Figure:
     """Error of every model on the part fitted and on that held out."""
-    fig = new_figure(DOUBLE_MM, 20 + 5 * len(fit.models))
+    fig = new_figure(SCREEN_MM, 20 + 5 * len(fit.models))
     ax = fig.subplots()
     for place, model in enumerate(fit.models):
         part, color = fit.data.sel(model=model), MODEL_LOOKS[model].color if model in MODEL_LOOKS else INK
@@ -186,5 +187,5 @@ def held_out_figure(fit: FitResult) -> Figure:
     ax.invert_yaxis()
     ax.set_xscale("log")
     one_two_five(ax.xaxis)
-    ax.set_xlabel(axis_label("root mean square error; open: fitted, filled: held out", "kPa"))
+    ax.set_xlabel(axis_label("RMS error; open: fitted, filled: held out", "kPa"))
     return fig

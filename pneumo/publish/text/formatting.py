@@ -1,4 +1,6 @@
-"""Numbers as text, for tables, pages and the manuscript."""
+"""Numbers and tables as text, for tables, pages, notebooks and the manuscript."""
+
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from markupsafe import escape
@@ -56,6 +58,24 @@ def no_exponent(value: float) -> str:
     return f"{value:.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
 
 
-def preformatted(shown: object) -> str:
-    """HTML of an object's text, for notebooks."""
-    return f"<pre>{escape(repr(shown))}</pre>"
+def table_html(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), caption: str = "") -> str:
+    """Table for notebooks; the first cell of a row names it.
+
+    Examples
+    --------
+    >>> table_html([["M6", "3.6"]], ["model", "kPa"])
+    '<table><thead><tr><th>model</th><th>kPa</th></tr></thead><tbody><tr><th>M6</th><td>3.6</td></tr></tbody></table>'
+    """
+    head = "".join(f"<th>{escape(text)}</th>" for text in heads)
+    lines = (
+        f"<tr><th>{escape(name)}</th>{''.join(f'<td>{escape(cell)}</td>' for cell in cells)}</tr>"
+        for name, *cells in rows
+    )
+    above = f"<caption>{escape(caption)}</caption>" if caption else ""
+    above += f"<thead><tr>{head}</tr></thead>" if heads else ""
+    return f"<table>{above}<tbody>{''.join(lines)}</tbody></table>"
+
+
+def lines_html(shown: object) -> str:
+    """Table of an object's text for notebooks: a row for each line, cut at its colon."""
+    return table_html(line.split(": ", 1) for line in repr(shown).splitlines())

@@ -5,6 +5,7 @@ from io import StringIO
 from typing import Any
 
 import numpy as np
+from markupsafe import escape as html
 from rich import box
 from rich.console import Console
 from rich.markup import escape
@@ -12,7 +13,7 @@ from rich.table import Table
 
 from pneumo.configuration.experiment import Study
 from pneumo.fitting.fit_result import AS_STATED, COMMANDS_END, FitResult, rms_of_chambers
-from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant
+from pneumo.publish.text.formatting import KILO, ends_text, no_exponent, significant, table_html
 from pneumo.quantities.table import ALSO, CONFIGURED, FULL_ORDER, QUANTITIES, STARTS, VALVE
 from pneumo.selection.answer import Answer, export_command
 from pneumo.selection.error_budget import Row
@@ -21,10 +22,15 @@ from pneumo.statistics.intervals import Interval
 
 
 def _table(
-    title: str, heads: Iterable[str], rows: Iterable[Sequence[str]], bold: str = "", numbers: bool = False
+    title: str,
+    heads: Iterable[str],
+    rows: Iterable[Sequence[str]],
+    bold: str = "",
+    numbers: bool = False,
+    gap: int = 2,
 ) -> Table:
     """Return a table; the row of the model `bold` is bold; `numbers` aligns all but models right."""
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, gap - 1, 0, 0))
     for head in heads:
         table.add_column(head, justify="right" if numbers and head != "model" else "left", no_wrap=True)
     for row in rows:
@@ -32,8 +38,16 @@ def _table(
     return table
 
 
-# Arguments of `Console.print` by which a table keeps its numbers where it is wider than the terminal.
-WHOLE: dict[str, Any] = {"width": 200, "crop": False}
+WIDEST = 200  # columns
+
+
+def print_table(table: Table, **options: Any) -> None:
+    """Print a table with all its digits, also where it is wider than the terminal.
+
+    `options` are those of `rich.console.Console`.
+    """
+    Console(width=WIDEST, **options).print(table)
+
 
 # --- pneumo study ----------------------------------------------------------------------------------
 
@@ -118,19 +132,29 @@ def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (
 
     `study` has all cylinders of the configuration in `files`.
     """
-    console = Console(width=width, file=StringIO(), color_system=None, force_jupyter=False)
+    plain: dict[str, Any] = {"file": StringIO(), "color_system": None, "force_jupyter": False}
+    console = Console(width=width, **plain)
     for answer in answers:
         console.print(f"{answer.ranking.cylinder}: {answer.headline}. {answer.reason}.", markup=False)
         if answer.rows:
-            console.print(budget_table(answer), **WHOLE)
+            print_table(budget_table(answer), **plain)
         for advice in answer.advice:
             console.print(f"- {advice}", markup=False)
         if command := export_command(answer, study, files):
             console.print(f"Next: {command}", markup=False, soft_wrap=True)
         for reason in dict.fromkeys(answer.ranking.left_out):  # once, where all runs are the same
             console.print(f"Left out: {reason}.", markup=False)
-    assert isinstance(console.file, StringIO)
-    return "\n".join(line.rstrip() for line in console.file.getvalue().splitlines())
+    return "\n".join(line.rstrip() for line in plain["file"].getvalue().splitlines())
+
+
+def answer_html(answer: Answer) -> str:
+    """Answer for one cylinder, with its error budget and advice, for notebooks."""
+    first = f"{answer.ranking.cylinder}: {answer.headline}."
+    text = f"<p><strong>{html(first)}</strong> {html(answer.reason)}.</p>"
+    if answer.rows:
+        rows = [budget_cells(row, answer) for row in answer.rows]
+        text += table_html(rows, budget_heads(answer), BUDGET_TITLE)
+    return text + "".join(f"<p>{html(advice)}</p>" for advice in answer.advice)
 
 
 # --- pneumo fit ------------------------------------------------------------------------------------
@@ -188,7 +212,7 @@ def fit_rows(fit: FitResult) -> list[list[str]]:
 
 
 RIG_TITLE = (
-    "The rig, by the full order. Intervals include the effect of uncertain inputs.\n"
+    "Parameters of the rig, by the full order. Intervals include uncertain inputs.\n"
     "Green: determined. Yellow: wide, or a warning. Red: not determined.\n"
     "As stated: known from the configuration, to which the record adds little."
 )
@@ -232,9 +256,10 @@ def fit_tables(fit: FitResult) -> list[Table]:
     heads, rows = [head.removeprefix("rms ").replace(" (", "\n(") for head in fit_heads(fit)], fit_rows(fit)
     if fit.of != "cylinder":
         return [_ranking_table(fit), _model_table(fit)]
+    parts = (RANKED, (0, 1, 2, 3, 4), 2), ("Valve and dead volumes", (0, 5, 6, 7), 1)
     return [
-        _table(title, [heads[i] for i in columns], [[row[i] for i in columns] for row in rows])
-        for title, columns in ((RANKED, (0, 1, 2, 3, 4)), ("Valve and dead volumes", (0, 5, 6, 7)))
+        _table(title, [heads[i] for i in columns], [[row[i] for i in columns] for row in rows], gap=gap)
+        for title, columns, gap in parts
     ] + [full_order_table(rows) for rows in [rig_rows(fit)] if rows]
 
 
