@@ -33,11 +33,11 @@ from benchmarks.fit_bench import LIMITS, believed_plant, imperfect, imperfect_se
 from benchmarks.fit_counts import ROOT, named_causes
 from pneumo.configuration.priors import accuracy
 from pneumo.fitting.estimate import prediction
-from pneumo.fitting.fit_problem import FULL, Problem
+from pneumo.fitting.fit_problem import Problem
 from pneumo.fitting.fit_result import rms_of_chambers
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.notebook.model_study import ModelStudy
-from pneumo.physics.models import FULL_ORDER_WALLS, MODELS, wall_law
+from pneumo.physics.models import FULL, FULL_ORDER_WALLS, MODELS, wall_law
 from pneumo.quantities.table import CHOICES
 from pneumo.selection.plants import load_rig
 

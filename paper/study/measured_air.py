@@ -16,8 +16,8 @@ from pneumo.fitting.rig.rig_fit import judged, judged_models
 from pneumo.fitting.rig.rig_record import Points, Run, read_runs
 from pneumo.fitting.rig.rig_replay import (
     ADIABATIC,
-    FULL,
     RIG_MODELS,
+    WALLS,
     errors,
     replay_run,
     rms,
@@ -29,7 +29,7 @@ PULSES, DISCHARGE, FILLING, NITROGEN = "pulses", "discharge", "filling", "nitrog
 VESSELS = (DISCHARGE, FILLING, NITROGEN)
 SHOWN = ("M1", "M5", "M6", "M8", "full order")  # in figures
 MOST_SHOWN = 150  # samples of a replay
-WALL_FULL = [name for name in FULL if name != ADIABATIC]
+WALL_FULL = [name for name in WALLS if name != ADIABATIC]
 FREE_N, FREE_C_D, FREE_VOLUME = (0.5, 6.0), (0.1, 2.0), (0.5e-6, 4e-4)  # decision 101
 LAG = (0.0, 20.0)  # s, of a thermometer
 STORE_K, STORE_C = (0.0, 100.0), (0.0, 5000.0)  # W/K and J/K, of a heat store

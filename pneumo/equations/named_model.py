@@ -3,9 +3,9 @@
 from pneumo.arguments import number
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, shown
-from pneumo.physics.models import MODELS, Lane, Model, full_order_lane, lane
+from pneumo.physics.models import FULL, MODELS, Lane, Model, full_order_lane, lane
 
-FULL_ORDER = "full"  # in place of a model's name
+FULL_ORDER = FULL.name  # in place of a model's name
 N_MAX = 3.0  # as in the configuration's schema
 
 

@@ -44,16 +44,6 @@ LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
 OWN = ("T_in", "exhaust", "offset_A", "offset_B")
 SHARED = tuple(name for name in (*VALVE, *ALSO) if name not in OWN)
 LEAKS = {"piston_leak", "valve_leak"}
-# The full-order chambers, as a row of the table of models; their temperature is a state.
-FULL = Model(
-    name=FULL_ORDER,
-    n_V="gamma",
-    n_in="gamma",
-    n_out="gamma",
-    temperature="constant",
-    mixing=True,
-    wall="lambda A_q",
-)
 
 
 class Prior(NamedTuple):

@@ -14,7 +14,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.configuration.priors import Accuracy, accuracy
 from pneumo.fitting.circuits import circuit_text
-from pneumo.fitting.fit_problem import FULL, LIMITS, Problem, fit
+from pneumo.fitting.fit_problem import LIMITS, Problem, fit
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
 from pneumo.fitting.position_checks import stated, stated_volume_warnings
 from pneumo.fitting.residuals import Residual, residuals
@@ -31,6 +31,7 @@ from pneumo.fitting.settings import (
     UNLIKELY,
     VAGUE,
 )
+from pneumo.physics.models import FULL
 from pneumo.quantities.table import (
     CAUSES,
     CURVE,

@@ -19,7 +19,7 @@ from pneumo.fitting.estimate import (
     ranked,
     split_of,
 )
-from pneumo.fitting.fit_problem import FULL, Problem, priors, with_causes
+from pneumo.fitting.fit_problem import Problem, priors, with_causes
 from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
 from pneumo.fitting.fit_warnings import disagreements, doubtful, fit_warnings, undetermined_notes
 from pneumo.fitting.held_out import held_out_warnings
@@ -33,7 +33,7 @@ from pneumo.fitting.settings import DISTRUST, PART
 from pneumo.fitting.stage_signals import StageSignals, stage_signals
 from pneumo.fitting.valve_signal import largest_command
 from pneumo.fitting.wall_laws import wall_law_notes
-from pneumo.physics.models import MODELS
+from pneumo.physics.models import FULL, MODELS
 from pneumo.physics.valve_dynamics import ValveDynamics
 from pneumo.quantities.table import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
 

@@ -7,11 +7,11 @@ has the law with the lowest sum of squares; its intervals hold the others that f
 
 from dataclasses import replace
 
-from pneumo.fitting.fit_problem import FULL, Problem, fit
+from pneumo.fitting.fit_problem import Problem, fit
 from pneumo.fitting.fit_result import Estimate
 from pneumo.fitting.least_squares import Solution
 from pneumo.fitting.settings import AS_GOOD, LAWS_ALIKE
-from pneumo.physics.models import Wall
+from pneumo.physics.models import FULL, Wall
 
 # As a note says them, the full order's first.
 WALL_LAWS: dict[Wall, str] = {

@@ -1,7 +1,7 @@
 """The ten reduced-order models of section 3 as one table and one right-hand side.
 
 The models differ in six fields of `Model`. All that uses models (replays, Table 1, property tests, exports)
-derives from `MODELS`; a new model is a new row.
+derives from `MODELS`; a new model is a new row. `FULL` is the row of the full order.
 """
 
 from typing import Literal, NamedTuple
@@ -21,7 +21,7 @@ class Model(NamedTuple):
     n_V: Index  #: index on the volume term of eq (10)
     n_in: Index  #: index on the inflow term
     n_out: Index  #: index on the outflow term
-    temperature: Literal["constant", "polytropic"]  #: T = T_0 or eq (6)
+    temperature: Literal["constant", "polytropic", "state"]  #: T = T_0, eq (6), or eq (5) of the full order
     mixing: bool  #: whether inflow enters at T_in (mixing) or at the chamber's T
     #: Explicit wall heat by eq (13), eq (11) or eq (7), or none.
     wall: Wall
@@ -47,6 +47,9 @@ MODELS: dict[str, Model] = {model.name: model for model in (
     Model("M10", "gamma", "gamma", "gamma", "polytropic", True,   "lambda A_q"),
 )}
 # fmt: on
+FULL = Model(
+    "full", "gamma", "gamma", "gamma", "state", mixing=True, wall="lambda A_q"
+)  # eqs (4), (5), (7), (8)
 
 # Wall law -> (`Lane.wall_scale`, exponent of A_q / A_q0, exponent of PT / (P_0 T_0)).
 WALL_LAWS = {
@@ -116,15 +119,13 @@ def lane(model: Model, n: float, gamma: float) -> Lane:
         wall_scale=wall_scale,
         e_A=e_A,
         e_PT=e_PT,
+        full=float(model.temperature == "state"),
     )
 
 
 def full_order_lane(gamma: float, wall: WallLaw = EQ_8, wall_scale: float = 1.0) -> Lane:
-    """Coefficients of the full order, eqs (4), (5), (7) and (8), or of one with another wall.
-
-    `wall` is the law of its conductance, and `wall_scale` its k_0 over the plant's, 0 if adiabatic.
-    """
-    return Lane(gamma, gamma, gamma, 0.0, 1.0, 1.0, wall_scale, *wall, full=1.0)
+    """Coefficients of `FULL`, or with another wall: its law, and its k_0 over the plant's, 0 if adiabatic."""
+    return lane(FULL, 1.0, gamma)._replace(wall_scale=wall_scale, **wall._asdict())
 
 
 def temperature(P: float, P_0: float, T_0: float, a: float) -> float:

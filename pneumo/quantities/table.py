@@ -13,7 +13,9 @@ from csv import DictReader
 from pathlib import Path
 from typing import NamedTuple
 
-FULL_ORDER = "full"  # name of the full-order chambers among fitted models
+from pneumo.physics.models import FULL
+
+FULL_ORDER = FULL.name  # among fitted models
 MOST_RECORDS = 8  # that are fitted together; each has its own starts
 PERCENT = " %"
 

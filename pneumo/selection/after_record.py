@@ -6,12 +6,13 @@ from pneumo.configuration.experiment import Experiment
 from pneumo.configuration.priors import Accuracy
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.errors import PneumoError, RunError
-from pneumo.fitting.fit_problem import FULL, Problem, check_valve, priors
+from pneumo.fitting.fit_problem import Problem, check_valve, priors
 from pneumo.fitting.fit_result import rms_of_chambers
 from pneumo.fitting.held_out import Parts, expected_error
 from pneumo.fitting.least_squares import solution_at
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import LONGEST_STEP, stage_signals
+from pneumo.physics.models import FULL
 from pneumo.simulation.full_order import RAN, failure, record
 
 RECORD = 10.0  # s, of the record, and of the new run

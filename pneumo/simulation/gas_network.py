@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 import pneumo.core as core
-from pneumo.physics.models import Lane, Model, WallLaw, full_order_lane, lane, temperature
+from pneumo.physics.models import Lane, temperature
 from pneumo.physics.valve import Gas
 
 MOST_PARTS = 10_000  # steps between two samples: a node that needs more is no part of a real rig
@@ -59,11 +59,6 @@ class Replayed(NamedTuple):
     P: np.ndarray  # Pa
     T: np.ndarray  # K
     T_store: np.ndarray  # K
-
-
-def law(model: Model | None, n: float, gamma: float) -> Lane:
-    """Coefficients of a model at n; without one, those of the full order with a constant conductance."""
-    return full_order_lane(gamma, WallLaw(0.0, 0.0)) if model is None else lane(model, n, gamma)
 
 
 def fastest_rate(

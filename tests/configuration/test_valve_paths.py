@@ -12,10 +12,10 @@ import pneumo
 from pneumo.configuration.priors import plant_with
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.configuration.schema_parts import merged
-from pneumo.fitting.fit_problem import FULL, Problem, replayed_pressures
+from pneumo.fitting.fit_problem import Problem, replayed_pressures
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
-from pneumo.physics.models import MODELS, lane, lane_array
+from pneumo.physics.models import FULL, MODELS, lane, lane_array
 from pneumo.physics.valve import chamber_flows
 from pneumo.simulation.replay import replay, replay_one_by_one
 

@@ -5,9 +5,10 @@ import pytest
 
 from pneumo.configuration.parameters import load, study
 from pneumo.fitting.circuits import circuit_text, place_text
-from pneumo.fitting.fit_problem import FULL, Prior, Problem
+from pneumo.fitting.fit_problem import Prior, Problem
 from pneumo.fitting.fit_result import Estimate
 from pneumo.fitting.stage_signals import StageSignals
+from pneumo.physics.models import FULL
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 

@@ -9,11 +9,11 @@ from synthetic_records import synthetic_record
 from pneumo.configuration.parameters import load, study
 from pneumo.configuration.priors import accuracy
 from pneumo.fitting.estimate import estimate, split_of
-from pneumo.fitting.fit_problem import FULL, Problem, fit, replayed_pressures, settled
+from pneumo.fitting.fit_problem import Problem, fit, replayed_pressures, settled
 from pneumo.fitting.least_squares import covariances, expected_shifts, squares_at
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
-from pneumo.physics.models import MODELS
+from pneumo.physics.models import FULL, MODELS
 from pneumo.runs import simulate
 from pneumo.selection.cylinder_template import write_template
 from pneumo.selection.plants import configured_plant

@@ -13,7 +13,7 @@ from pneumo.configuration.parameters import DEAD_FRACTION, load, study
 from pneumo.configuration.priors import accuracy
 from pneumo.errors import InputError
 from pneumo.fitting.estimate import estimate, prediction, split_of
-from pneumo.fitting.fit_problem import FULL, LIMITS, Prior, Problem
+from pneumo.fitting.fit_problem import LIMITS, Prior, Problem
 from pneumo.fitting.fit_result import Estimate, equally_good
 from pneumo.fitting.fit_warnings import (
     configured_warnings,
@@ -27,6 +27,7 @@ from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
+from pneumo.physics.models import FULL
 from pneumo.quantities.table import CHOICES, REPORTED
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant

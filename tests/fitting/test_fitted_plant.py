@@ -10,10 +10,9 @@ from benchmarks.bench_rig import U_MAX, bench_record, purpose_rig
 from pneumo.configuration.parameters import configured_dynamics, load, study
 from pneumo.configuration.schema import Configuration
 from pneumo.fitting.estimate import prediction
-from pneumo.fitting.fit_problem import FULL
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
-from pneumo.physics.models import FULL_ORDER_WALLS, wall_law
+from pneumo.physics.models import FULL, FULL_ORDER_WALLS, wall_law
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 

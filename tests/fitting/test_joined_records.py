@@ -9,11 +9,11 @@ import pytest
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.errors import InputError
-from pneumo.fitting.fit_problem import FULL, Problem, replayed_pressures
+from pneumo.fitting.fit_problem import Problem, replayed_pressures
 from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
-from pneumo.physics.models import MODELS
+from pneumo.physics.models import FULL, MODELS
 from pneumo.quantities.table import MOST_RECORDS, STARTS_OF_ONE, start_name
 
 pytestmark = pytest.mark.xdist_group("fit doubts")

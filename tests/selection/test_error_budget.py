@@ -16,9 +16,9 @@ from pneumo.configuration.priors import SIGMAS, Uncertain, accuracy, plant_with,
 from pneumo.configuration.valve_conversions import conductance
 from pneumo.errors import ConfigurationError
 from pneumo.fitting.estimate import prediction
-from pneumo.fitting.fit_problem import FULL, LIMITS
+from pneumo.fitting.fit_problem import LIMITS
 from pneumo.fitting.least_squares import solve
-from pneumo.physics.models import MODELS
+from pneumo.physics.models import FULL, MODELS
 from pneumo.quantities.table import GROUPS
 from pneumo.selection.after_record import NOISE, at_truth, error_after_record, problems_of
 from pneumo.selection.answer import export_command, model_cost

@@ -11,15 +11,15 @@ from scipy.linalg import expm
 
 from pneumo import testing as some
 from pneumo.physics.cylinder import Side, chamber_of, heat_area
-from pneumo.physics.models import MODELS, full_order_lane
+from pneumo.physics.models import MODELS, WallLaw, full_order_lane, lane
 from pneumo.physics.valve import choked_flow, exact_gas, mass_flow
-from pneumo.simulation.gas_network import LAMINAR, Link, Node, fastest_rate, law, replay
+from pneumo.simulation.gas_network import LAMINAR, Link, Node, fastest_rate, replay
 
 AIR = exact_gas(287.05, 1.4)
 H, SAMPLES = 1e-3, 200
 ONES = np.ones(SAMPLES)
 SUPPLY = (7e5, 293.0)
-FULL = law(None, 1.0, 1.4)
+FULL = full_order_lane(1.4, WallLaw(0.0, 0.0))
 MODEL_NAMES = [*MODELS, None]
 
 
@@ -28,7 +28,7 @@ def node(P=1e5, T=293.0, of=FULL, **wall):
 
 
 def of_model(name, n=1.3):
-    return law(MODELS.get(name), n, 1.4)
+    return lane(MODELS[name], n, 1.4)
 
 
 @pytest.mark.parametrize("name", MODEL_NAMES)

@@ -10,16 +10,13 @@ from pneumo.fitting.rig.rig_file import Rig
 from pneumo.fitting.rig.rig_record import Points, Run
 from pneumo.fitting.valve_signal import lagged
 from pneumo.physics.cylinder import wetted_area
-from pneumo.physics.models import MODELS, WallLaw, full_order_lane
-from pneumo.simulation.gas_network import Link, Node, law, replay
+from pneumo.physics.models import EQ_8, MODELS, WallLaw, full_order_lane, lane
+from pneumo.simulation.gas_network import Link, Node, replay
 
 ADIABATIC = "full order, adiabatic"
-FULL = {  # full order by the law of its wall
-    ADIABATIC: WallLaw(0.0, 0.0),
-    "full order": WallLaw(0.0, 0.0),
-    "full order, eq (7)": WallLaw(),
-}
-RIG_MODELS = (*MODELS, *FULL)
+CONSTANT = WallLaw(0.0, 0.0)
+WALLS = {ADIABATIC: CONSTANT, "full order": CONSTANT, "full order, eq (7)": EQ_8}  # of full orders
+RIG_MODELS = (*MODELS, *WALLS)
 Signal = np.ndarray | float  # by sample, or constant
 WALL = ("k_0", "store_k", "store_c", "store_back", "hose_k", "k_0_B")
 
@@ -65,7 +62,7 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
     T_amb, P_atm = v["T_surroundings"], v["P_surroundings"]
     C = area_per_conductance(gas) / SBAR  # m^2 for 1 m^3/(s Pa)
     row = MODELS.get(model)
-    lane = law(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, FULL[model])
+    of_model = lane(row, v["n"], gas.gamma) if row else full_order_lane(gas.gamma, WALLS[model])
     warm = model != ADIABATIC
     sides = ("", "_B") if rig.has("dead_volume_B") else ("",)
     supply = "supply" if rig.has("supply_volume") else "source"
@@ -84,7 +81,7 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
         P_start = v["P_start"] if not side else v.get("P_start_B", v["P_s"])
         T_start = of("T_start", side)
         walls = [of("k_0", side), *(v[name] for name in WALL[1:4])]
-        node = Node(lane, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
+        node = Node(of_model, P_start, T_start, P_start, T_start, T_amb, *(k * warm for k in walls))
         if rig.has("volume"):
             nodes[chamber] = node, v["volume"], 1.0
         else:
@@ -109,11 +106,11 @@ def replay_run(rig: Rig, model: str, values: Mapping[str, float], run: Run) -> R
             out = C * of("valve_C_out", side) * (1.0 - to_supply)
             links.append((port, exhaust, v.get("valve_b_out", b), 1.0, out))
             if rig.has("silencer_volume"):
-                nodes[exhaust] = Node(lane, P_atm, T_amb, P_atm, T_amb, T_amb), v["silencer_volume"], 1.0
+                nodes[exhaust] = Node(of_model, P_atm, T_amb, P_atm, T_amb, T_amb), v["silencer_volume"], 1.0
                 b = v.get("silencer_b", np.nan)
                 links.append((exhaust, "atmosphere", b, 1.0, C * v["silencer_C"]))
     if rig.has("supply_volume"):
-        full = Node(law(None, 1.0, gas.gamma), v["P_s"], T_amb, v["P_s"], T_amb, T_amb)
+        full = Node(full_order_lane(gas.gamma, CONSTANT), v["P_s"], T_amb, v["P_s"], T_amb, T_amb)
         nodes["supply"] = full, v["supply_volume"], 1.0
         links.append(("source", "supply", v.get("regulator_b", np.nan), 1.0, C * v["regulator_C"]))
     index = {name: k for k, name in enumerate([*nodes, *surroundings])}

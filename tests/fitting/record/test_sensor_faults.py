@@ -11,11 +11,12 @@ from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo import simulate
 from pneumo.fitting import fit_warnings
-from pneumo.fitting.fit_problem import FULL, Problem, fit
+from pneumo.fitting.fit_problem import Problem, fit
 from pneumo.fitting.record.measurement import read_measurement
 from pneumo.fitting.record.sensor_faults import at_end_of_range, stopped
 from pneumo.fitting.residuals import residuals
 from pneumo.fitting.stage_signals import stage_signals
+from pneumo.physics.models import FULL
 
 RIG, SECONDS = purpose_rig(), 4.0
 
