@@ -93,24 +93,24 @@ def test_exact_signals_equal_a_cosimulated_run(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "late", "every"),
-    [("E06", 0.0, 1), ("E07", 0.0, 2), ("E14", 0.13, 1), ("E03", 0.5, 1), ("E16", 1.0, 4), ("E06", 2.3, 1)],
+    ("name", "rule", "late", "every"),
+    [
+        *(("E06", "linear", 0.0, 1), ("E07", "linear", 0.0, 2), ("E14", "linear", 0.13, 1)),
+        *(("E03", "linear", 0.5, 1), ("E16", "linear", 1.0, 4), ("E06", "linear", 2.3, 1)),
+        *(("E06", "hold", late, every) for late, every in ((0, 1), (1, 1), (0, 5), (2, 3))),
+    ],
 )
-def test_interpolated_samples_are_numpys(name, late, every):
+def test_samples_are_those_of_numpy(name, rule, late, every):
     # As above; (k + c)/every - late rounds differently, 1e-13 of a step.
-    e = lasting(name, 0.5)
+    e = lasting(name, 0.5 if rule == "linear" else 0.3)
     k = np.arange(e.steps + 1)
     at = k[:-1, np.newaxis] + C - late * every
-    sampling = Sampling(delay=(late,) * 3, every=every)
-    assert_read(e, sampling, lambda series: np.interp(at, k[::every], series[::every]))
+    held = np.maximum(k[:-1] // every - int(late), 0)[:, np.newaxis] * every * np.ones(6, int)
 
+    def read(series):
+        return series[held] if rule == "hold" else np.interp(at, k[::every], series[::every])
 
-@pytest.mark.parametrize(("late", "every"), [(0, 1), (1, 1), (0, 5), (2, 3)])
-def test_held_samples_are_those_of_the_steps_start(late, every):
-    e = lasting("E06", 0.3)
-    at = np.maximum(np.arange(e.steps) // every - late, 0) * every
-    sampling = Sampling("hold", delay=(float(late),) * 3, every=every)
-    assert_read(e, sampling, lambda series: np.repeat(series[at, np.newaxis], 6, axis=1))
+    assert_read(e, Sampling(rule, delay=(float(late),) * 3, every=every), read)
 
 
 @both_samplings
@@ -151,29 +151,12 @@ def test_a_replay_is_that_of_the_python_that_one_reads():
     np.testing.assert_allclose(compiled, plain, rtol=1e-13)
 
 
-@pytest.fixture(scope="module")
-def cells():
-    e = lasting("E06", 0.3)
-    replays = replayed(record(e), stride=e.pressure_stride)
-    return e, replays, replay_dataset(e, STUDY.n, INDEX, replays)
-
-
-def test_every_cell_finds_its_lane(cells):
-    _, replays, dataset = cells
-    for i, name in enumerate(MODELS):
-        for j, n in enumerate(STUDY.n):
-            cell = dataset.sel(model=name, n=n)
-            for variable in ("mse", "mean_error", "variance", "status"):
-                assert np.array_equal(cell[variable], getattr(replays, variable)[INDEX[i, j]])
-            assert np.array_equal(cell["pressure"], replays.pressure[INDEX[i, j]].astype(np.float32))
-    assert np.array_equal(dataset["t"], np.arange(0, 0.3001, 0.01).round(3))
-
-
-def test_failed_cells_leave_the_others_alone_and_say_when():
+def test_every_cell_finds_its_lane_and_failed_ones_leave_the_others_alone_and_say_when():
     e = lasting("E14", 0.2)
     recording = record(e)
+    stride = e.pressure_stride
     sound = replayed(recording, INTERPOLATED)
-    replays = replayed(recording._replace(plant=e.plant._replace(k_0=1e7)), INTERPOLATED)
+    replays = replayed(recording._replace(plant=e.plant._replace(k_0=1e7)), INTERPOLATED, stride=stride)
     walled = np.array([model.wall != "none" for model in MODELS.values()])
     no_wall = INDEX[~walled]
     assert np.array_equal(replays.mse[no_wall], sound.mse[no_wall])
@@ -183,12 +166,14 @@ def test_failed_cells_leave_the_others_alone_and_say_when():
 
     for i, side in zip(*np.nonzero(replays.status), strict=True):
         step, pressure = replays.failure_step[i, side], replays.pressure[i, side]
-        assert (pressure[:step] > 0).all() and np.isnan(pressure[step:]).all()
+        seen = -(-step // stride)  # samples before it
+        assert (pressure[:seen] > 0).all() and np.isnan(pressure[seen:]).all()
 
     dataset = replay_dataset(e, STUDY.n, INDEX, replays)
-    failed = (dataset["status"] != OK).values
-    for name in ("mse", "mean_error", "variance"):
-        assert np.array_equal(dataset[name].isnull(), failed)
+    for name in ("status", "mse", "mean_error", "variance"):
+        assert np.array_equal(dataset[name], getattr(replays, name)[INDEX], equal_nan=True)
+    assert np.array_equal(dataset["pressure"], replays.pressure[INDEX].astype(np.float32), equal_nan=True)
+    assert np.array_equal(dataset["t"], np.arange(0, 0.2001, e.pressure_stride * e.h).round(3))
     times = np.where(replays.status == OK, np.nan, replays.failure_step * e.h)[INDEX]
     assert np.array_equal(dataset["failure_time"], times, equal_nan=True)
     assert dataset["status"].attrs["flag_values"].tolist() == list(STATUS)
