@@ -217,12 +217,11 @@ EXACT = dict.fromkeys(accuracy(), 1e-9)
 GAINS = ("P_gain_A", "P_gain_B")
 
 
-def test_after_a_record_gains_and_noise_are_left_and_what_cannot_be_fitted_has_no_error(brief):
-    least, usual, poor = (
-        error_after_record(brief, known)
-        for known in (EXACT, accuracy(), accuracy() | dict.fromkeys(GAINS, 0.01))
-    )
-    assert 0 < least < 0.5 * NOISE and least < usual < poor
+def test_after_a_record_gains_offsets_and_noise_are_left_and_what_cannot_be_fitted_has_no_error(brief):
+    cases = {}, dict.fromkeys(GAINS, 0.01), {"offset_A": 1e-9, "offset_B": 1e-9}
+    least = error_after_record(brief, EXACT)
+    usual, poor, centred = (error_after_record(brief, accuracy() | case) for case in cases)
+    assert 0 < least < 0.5 * NOISE and least < centred < 0.7 * usual and usual < poor
     P = brief.plant.conditions.P_s
     assert 0.001 * P < poor < 0.01 * P  # within the error of the gain itself
     leaking = brief.plant._replace(valve=brief.plant.valve._replace(leak=1e-9))
