@@ -60,15 +60,6 @@ def dT_scale(a):
     return (T * abs(a["dV_dt"]) * (g - 1) + flows + (g - 1) * T / P * heat_scale(a)) / V
 
 
-@given(some.cylinders(), some.positions(1.0))
-def test_the_two_chambers_share_the_stroke(cylinder, fraction):
-    x = fraction * cylinder.stroke / 2
-    V_A, V_B = (volume(s * x, chamber_of(cylinder, side), cylinder) for side, s in enumerate((1, -1)))
-    assert V_A > 0 < V_B
-    whole = cylinder.V_d_A + cylinder.V_d_B + cylinder.A_A * cylinder.stroke
-    assert abs(V_A + V_B - whole) <= 4 * EPS * whole  # six roundings of half an ulp at most
-
-
 def test_geometry_of_the_printed_cylinders():
     # Dead volume is 10 % of the half-stroke volume, A_q(0) two faces and half the bore's wall: section 2.2.
     assert volume(-D.stroke / 2, chamber_of(D, 0), D) == D.V_d_A
