@@ -25,6 +25,7 @@ from pneumo.regular_file import regular_file
 
 LARGEST_FILE = 200_000_000  # bytes
 LARGEST_SHEET = 60_000_000  # bytes of XML: 300,000 rows, of which openpyxl reads some 5 MB a second
+MOST_CELLS = 3_000_000  # with those that a sheet has not written
 MOST_NUMBERS = 40_000_000  # of all channels together: 320 MB
 LONGEST_ARRAY = 200  # in a message of ROS whose numbers are signals
 DATA, TIME = ("Data", "data", "values", "Values"), ("Time", "time", "t")  # members of MATLAB's structs
@@ -200,7 +201,7 @@ def _excel(path: Path) -> list[Channel]:
     ):
         cells += len(row)
         limit(path, len(row), MOST_COLUMNS, "columns")
-        limit(path, cells, MOST_NUMBERS // 4, "cells")
+        limit(path, cells, MOST_CELLS, "cells")
         writer.writerow("" if value is None else value for value in row)
     return read_text(path, text.getvalue().encode())
 

@@ -242,8 +242,7 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
         together = f"{last - first:.4g} s of {longest:.4g} s"
         notes.append(f"all signals together last {together}; the rest is not used")
     span = t - t[0]
-    absent = int(np.ptp(fastest.rows)) + 1 - len(fastest.rows)
-    count = len(t) + max(0, min(absent, round(span[-1] / fastest.period) + 1 - len(t)))
+    count = len(t) + max(0, min(fastest.missing[0], round(span[-1] / fastest.period) + 1 - len(t)))
     period = float(span[-1]) / (count - 1)
     grid = period * np.arange(count)
     near = grid if count == len(t) else period * np.round(span / period)
@@ -276,11 +275,9 @@ def _within_range(
 
 def _missing(path: Path, signal: Series) -> list[str]:
     """Note on samples that a channel lacks at its own rate; `InputError` if they are many."""
-    inside = np.arange(signal.rows[0], signal.rows[-1])
-    absent = np.setdiff1d(inside, signal.rows)
-    expected = round(float(np.ptp(signal.t)) / signal.period) + 1
-    count = min(expected - len(signal.t), len(absent))
-    if count <= 0 or (signal.held and expected > 2 * len(signal.t)):
+    count, absent = signal.missing
+    expected = len(signal.t) + count
+    if not count or (signal.held and expected > 2 * len(signal.t)):
         return []
     if count > MOST_MISSING * expected:
         many = f"{count} of {expected} samples are missing: must be at most {100 * MOST_MISSING:g} %"

@@ -31,6 +31,16 @@ class Series(NamedTuple):
         count = min(2, len(self.t) - 1)
         return float(np.median(self.t[count:] - self.t[:-count])) / count if count else 0.0
 
+    @property
+    def missing(self) -> tuple[int, np.ndarray]:
+        """Number of samples that it lacks at its usual rate, empty or left out, and the rows after them."""
+        steps = np.diff(self.t)
+        jumps = np.flatnonzero(steps > 1.5 * self.period)
+        lost = int(np.sum(np.round(steps[jumps] / self.period) - 1)) if self.period else 0
+        # A few: the usual time between samples of a long record is not that exact.
+        most = round(float(np.ptp(self.t)) / self.period) + 1 - len(self.t) if self.period else 0
+        return max(0, min(lost, most)), self.rows[jumps] + 1
+
     def end(self, sensors: float) -> float:
         """Time to which the last sample of a held signal is known, s, beside sensors that end at `sensors`.
 

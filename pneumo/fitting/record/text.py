@@ -50,11 +50,12 @@ SETTING = re.compile(  # "tInc = 1e-3", "Sample rate: 1 kHz"
 )
 BRACKETS = re.compile(r"(.*?)\s*[\[(](.*)[\])]")
 MOST_COLUMNS = 2_000
-STAMPED = re.compile(rb"(?m)^[ \t]*(\d\d:\d\d:\d\d(?:[.,]\d+)?)[ \t]*->[ \t]*")  # of serial monitors
+STAMPED = re.compile(r"[ \t]*(\d\d:\d\d:\d\d(?:[.,]\d+)?)[ \t]*->[ \t]*")  # of serial monitors
 STAMP = re.compile(r"\d\d:\d\d:\d\d(?:[.,]\d+)?")
-PAIR = re.compile(r"\s*([^\W\d][^:=]*?)\s*[:=]\s*([+-]?[\d.]\S*|nan|inf)\s*", re.IGNORECASE)
-
-
+PAIR = re.compile(
+    r"([^\W\d][^:=,;\t]*?)\s*[:=]\s*([+-]?[\d.](?:[^\s,;]|,(?=\d))*|nan|inf)(?:[,;\t ]+|$)", re.IGNORECASE
+)
+PAIRS = re.compile(rf"(?:{PAIR.pattern}){{2,}}", re.IGNORECASE)
 TIME_UNITS = {"__time": "s", "x-axis": "s", "%time": "ns"}  # of PlotJuggler, ControlDesk and rostopic
 
 
@@ -83,7 +84,7 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     content = content[:-1000] + re.sub(rb"(?i)[\s;,]+(EOF|END)\b[^\n]*\s*\Z", b"\n", content[-1000:])
     if b"\0" in content[:100_000]:
         raise InputError(f"{path}: not a text file: export it as CSV, with names and units in the first row")
-    content = _plain_lines(content)
+    content, added = _plain_lines(content)
     head = b"".join(islice(io.BytesIO(content), HEAD_LINES + SAMPLE_LINES))
     try:
         encoding = "utf-8-sig"
@@ -97,7 +98,7 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     columns = _columns(path, content, table, len(header), encoding)
     named = zip(header, columns, strict=False)
     channels = table_channels(
-        [c._replace(values=v, first_line=table.line + 1) for c, v in named if not _is_setting(c.name)]
+        [c._replace(values=v, first_line=table.line + 1 - added) for c, v in named if not _is_setting(c.name)]
     )
     return with_stated_clock(channels, _settings(above, table.separator))
 
@@ -107,52 +108,39 @@ def _is_setting(name: str) -> bool:
     return SETTING.fullmatch(name) is not None or letters(name) in ("start", "increment")
 
 
-def _plain_lines(content: bytes) -> bytes:
+def _plain_lines(content: bytes) -> tuple[bytes, int]:
     """Lines of a serial monitor as those of a table: its stamps in a column, names of pairs in a row above.
 
+    Beside them is how many lines were added.
     The stamp before an arrow is when a line arrived; `t_us:1000,u_V:1.3` is what Arduino's plotter reads.
     """
-    head = content[:20_000]
-    if len(STAMPED.findall(head)) > 1:
-        first = STAMPED.search(head)
-        assert first
-        line = content[first.end() :].partition(b"\n")[0]
-        separator = max(b",", b";", b"\t", b" ", key=line.count)
-        before = content[: first.start()].rstrip(b"\r\n")
-        above, _, names = before.rpartition(b"\n")
-        names = b"Time" + separator + names if names.strip() else b""
-        content = above + b"\n" + names + b"\n" + STAMPED.sub(rb"\1" + separator, content[first.start() :])
-    lines = head.decode(errors="replace").splitlines()[:HEAD_LINES]
-    for line, after in pairwise(lines):
-        names = _pair_names(line)
-        if len(names) > 1 and names == _pair_names(after):
-            return _table_of_pairs(content, names)
-    return content
+    head = content[:20_000].decode(errors="replace").splitlines()[:HEAD_LINES]
+    stamped = [line for line in head if STAMPED.match(line)]
+    names = next((one for one, other in pairwise(map(_pair_names, head)) if one and one == other), [])
+    if len(stamped) < 2 and not names:
+        return content, 0
+    separator = ";" if names else max(",;\t ", key=stamped[0].partition("->")[2].count)
+    rows, header = list[str](), separator.join(names)
+    above = True  # no samples yet
+    for line in content.decode(errors="replace").splitlines():
+        stamp = STAMPED.match(line)
+        row = line[stamp.end() :] if stamp else line
+        is_sample = _pair_names(line) == names if names else stamp is not None
+        if names and is_sample:
+            row = separator.join(value for _, value in PAIR.findall(row))
+        if above and is_sample:
+            while rows and not header:
+                header = rows.pop().strip()
+            rows.append(f"Time{separator}{header}" if stamp and header else header)
+            above = False
+        rows.append(f"{stamp[1]}{separator}{row}" if stamp else row)
+    return "\n".join(rows).encode(), int(bool(names))
 
 
 def _pair_names(line: str) -> list[str]:
     """Names of a line that has nothing but pairs of a name and a number; else none."""
-    line = line.rpartition("->")[2]
-    for separator in (",", ";", "\t", " "):
-        pairs = [PAIR.fullmatch(field) for field in line.strip(f" \r{separator}").split(separator)]
-        if len(pairs) > 1 and all(pairs):
-            return [pair[1] for pair in pairs if pair]
-    return []
-
-
-def _table_of_pairs(content: bytes, names: Sequence[str]) -> bytes:
-    """Pairs with these names as rows of numbers below a row of names; other lines stay as they are."""
-    pairs = rb"[,;\t ]+".join(re.escape(name).encode() + rb"\s*[:=]\s*([^,;\s]+)" for name in names)
-    row = re.compile(rb"(?m)^[ \t]*(\d\d:\d\d:\d\d(?:[.,]\d+)?[,;\t ])?\s*" + pairs + rb"[,;\t ]*\r?$")
-    first = row.search(content)
-    if not first:
-        return content
-    stamp = b"Time;" if first[1] else b""
-    numbers = b";".join(rb"\%d" % k for k in range(2, len(names) + 2))
-    rows = row.sub(
-        lambda m: (m[1][:-1] + b";" if m[1] else b"") + m.expand(numbers), content[first.start() :]
-    )
-    return content[: first.start()] + stamp + ";".join(names).encode() + b"\n" + rows
+    pairs = line.rpartition("->")[2].strip()
+    return [name for name, _ in PAIR.findall(pairs)] if PAIRS.fullmatch(pairs) else []
 
 
 def _settings(above: Sequence[str], separator: str) -> Iterator[Setting]:

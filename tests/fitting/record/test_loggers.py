@@ -163,6 +163,14 @@ def test_an_odd_clock_is_read_and_noted(tmp_path, kind):
     assert len(notes) == bool(noted) and all(noted in note for note in notes)
 
 
+@pytest.mark.parametrize("kind", ["serial monitor", "pairs", "pairs behind stamps", "a rate above"])
+def test_a_wrong_cell_is_named_by_its_line_in_the_file(tmp_path, kind):
+    lines = CLOCKS[kind][0].splitlines()
+    lines[199] = lines[199][:-3] + "o.1"
+    with pytest.raises(InputError, match=r"line 200, column P_B: '5\.\d+o\.1'"):
+        test_formats.read(tmp_path, "a.csv", "\n".join(lines))
+
+
 def test_a_clock_that_begins_anew_for_another_reason_is_refused(tmp_path):
     for broken in (MICRO % 400_000, (2**32 - 300_000 + MICRO + 50_000 * (MICRO > 300_000)) % 2**32):
         with pytest.raises(InputError, match=r"time of \w must increase|has a gap"):

@@ -42,6 +42,7 @@ def read(frame, tmp_path, **options):
 
 X, P = table()["x_m"].to_numpy(), table()["P_A_Pa"].to_numpy()
 LOW = C.P_atm + 0.1 * (C.P_s - C.P_atm) * (1 + 0.1 * np.sin(20 * T))
+SIGNALS = ("u", "x", "P_A", "P_B")
 REFUSED = [
     (lambda: table().drop(columns=["x_m"]), ["no column x", "columns: t_s, u_V, P_A_Pa"]),
     (lambda: table().drop(columns=["u_V"]), ["no column u", "--closed both"]),
@@ -97,6 +98,10 @@ def test_each_mistake_in_a_file_gives_one_line(tmp_path, frame, words):
 
 NOTED = [
     (lambda: at([50, 150], ""), ["column x: 2 of 400 samples missing, interpolated"]),
+    (
+        lambda: at([50, 150], "").drop(index=[50, 150]),
+        [f"column {q}: 2 of 400 samples missing" for q in SIGNALS],
+    ),
     (lambda: at([50, 150], "n/a", "u_V"), ["column u: 2 of 400 samples missing, held"]),
     (
         lambda: table(**{"t_s": T + 0.3 * PERIOD * (np.arange(ROWS) == 100)}),
@@ -122,6 +127,9 @@ def test_what_is_unlikely_or_changed_is_noted(tmp_path, frame, words):
 
 
 def test_missing_samples_are_filled_as_the_signal_is_between_samples(tmp_path):
+    lost = read(table().drop(index=[50, 51]), tmp_path)  # whole rows
+    kept = np.isin(np.arange(ROWS), [50, 51], invert=True)
+    assert lost.period == pytest.approx(PERIOD) and np.array_equal(lost.x[kept], X[kept])
     found = read(at([50, 51], ""), tmp_path)
     np.testing.assert_allclose(found.x[50:52], X[49] + (X[52] - X[49]) * np.array([1, 2]) / 3, rtol=1e-9)
     u = table()["u_V"].to_numpy()
