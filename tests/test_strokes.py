@@ -273,13 +273,3 @@ def test_wrong_options_are_one_line_and_nothing_is_written(inside, mine, tmp_pat
     done = inside("simulate", "my.yaml", *options)
     assert_one_line(done)
     assert set(tmp_path.iterdir()) == before
-
-
-def test_the_full_order_replays_its_own_run_and_has_no_n(mine):
-    run = pneumo.simulate(mine, 1e-3, command=np.full(300, 5.0))
-    full, reduced = pneumo.replay("full", None, run), pneumo.replay("M8", 1.3, run)
-    assert full.mse.max() < 1e-6 < reduced.mse.min()
-    assert repr(reduced).startswith("replay of M8 at n = 1.3 over 0.299 s: RMS error A ")
-    np.testing.assert_array_equal(full.to_xarray()["P"].sel(chamber="B"), full.P_B)
-    with pytest.raises(pneumo.InputError, match="the full order has no n"):
-        pneumo.replay("full", 1.3, run)

@@ -2,9 +2,7 @@
 
 import contextlib
 import io
-import os
 import shutil
-import subprocess
 import traceback
 import tracemalloc
 from pathlib import Path
@@ -14,7 +12,6 @@ import netCDF4
 import pytest
 from bad_input import assert_one_line
 from brief import in_brief
-from checkout import PNEUMO
 from hypothesis import HealthCheck, given, settings
 
 from pneumo.cli import commands as cli
@@ -150,12 +147,3 @@ def test_a_key_given_twice_and_an_endless_file_are_refused(folder):
     (folder / "mine.yaml").write_text("name: one\nname: two\n")
     assert_refused(run("check", "mine.yaml"), "key 'name' is given twice")
     assert_refused(run("check", "/dev/zero"), "not a regular file")
-
-
-REAL = [["paper", "explain", "../x", "M8", "1"], ["check", "\udcff"], ["check", "nowhere.yaml"]]
-
-
-@pytest.mark.parametrize("arguments", in_brief(REAL, REAL[:1]))
-def test_a_command_in_a_process_of_its_own(folder, arguments):
-    done = subprocess.run([*PNEUMO, *map(os.fsencode, arguments)], capture_output=True, text=True)
-    assert_refused((done.returncode, done.stdout, done.stderr))

@@ -10,12 +10,13 @@ import pytest
 import yaml
 from checkout import ROOT
 from exported_c import C_COMPILER, CompiledModel, run_test_program
+from plain_rates import EVERY
 from valve_paths import CURVE, FOUR, OVERLAP, STRAIGHT, throttled
 from valve_paths import plant as plant_with
 
 import pneumo
 from benchmarks.exported_strokes import template_plant as plant_of_template
-from pneumo import linearise
+from pneumo import MODELS, linearise
 from pneumo.equations.system import rates, step, system
 from pneumo.errors import InputError
 from pneumo.export import exported
@@ -101,28 +102,34 @@ def test_the_test_program_of_structured_text_agrees_with_python(form):
     assert not st["passed"]
 
 
-@pytest.mark.parametrize("target", ["casadi", "matlab"])
-def test_rates_in_other_languages(target, form, tmp_path):
-    chosen = system("full", None, form[0], **form[1])
+OTHER = [(target, "full", form) for target in ("casadi", "matlab") for form in FORMS]
+OTHER += [("casadi", model, "proportional") for model in EVERY]
+OTHER += [("matlab", MODELS[name], "proportional") for name in ("M4", "M10")]
+
+
+@pytest.mark.parametrize(("target", "model", "form"), OTHER, indirect=["form"])
+def test_rates_in_other_languages(target, model, form, tmp_path):
+    chosen = system(model, N, form[0], **form[1])
     low = {"u": -12, "x": -0.04, "v": -1, "opening": -2, "P": 0.9e5, "T": 230}
     high = {"u": 12, "x": 0.04, "v": 1, "opening": 2, "P": 7.5e5, "T": 370}
     names = (*chosen.inputs, *chosen.states)
     ends = [[of[name.partition("_")[0]] for name in names] for of in (low, high)]
     rows, count = np.random.default_rng(4).uniform(*ends, (200, len(names))), len(chosen.inputs)
-    ((name, content),) = exported("full", None, form[0], target, stem="full_dP_dt", **form[1]).items()
+    function = f"{chosen.name}_dP_dt"
+    ((name, content),) = exported(model, N, form[0], target, stem=function, **form[1]).items()
     (tmp_path / name).write_bytes(content)
     expected = np.array([rates(chosen, row[count:], row[:count]) for row in rows.tolist()])
     if target == "casadi":
         pytest.importorskip("casadi", reason="CasADi is not installed")
-        function = runpy.run_path(str(tmp_path / name))["full_dP_dt"]
-        computed = np.array([[float(rate) for rate in function(*row)] for row in rows])
+        of_row = runpy.run_path(str(tmp_path / name))[function]
+        computed = np.array([[float(rate) for rate in of_row(*row)] for row in rows])
     elif shutil.which("octave-cli") is None:
         pytest.skip("GNU Octave is not installed")
     else:
         np.savetxt(tmp_path / "rows.txt", rows, fmt="%.17g")
         script = (
             f"s = load('rows.txt'); r = zeros(rows(s), {expected.shape[1]}); for i = 1:rows(s)\n"
-            "c = cell(1, columns(r)); [c{:}] = full_dP_dt(num2cell(s(i, :)){:});\n"
+            f"c = cell(1, columns(r)); [c{{:}}] = {function}(num2cell(s(i, :)){{:}});\n"
             "r(i, :) = cell2mat(c);\nend\n"
             "f = fopen('r.bin', 'w'); fwrite(f, r', 'double'); fclose(f);"
         )

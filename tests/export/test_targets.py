@@ -1,8 +1,6 @@
 """Exported code, compiled and run by what it is for, against the right-hand side it was printed from."""
 
 import io
-import runpy
-import shutil
 import subprocess
 import zipfile
 
@@ -37,30 +35,9 @@ def difference(computed, model, plant, states):
     return np.max(ratios)
 
 
-def run_c(model, plant, states, folder, precision="double"):
-    compiled = CompiledModel(model, N, plant, folder, precision)
+def run_c(model, plant, states, folder):
+    compiled = CompiledModel(model, N, plant, folder)
     return np.array([compiled.rates(state[:3], state[3:]) for state in states.tolist()])
-
-
-def run_octave(models, plant, states, folder):
-    """Rates by several models in one process."""
-    np.savetxt(folder / "states.txt", states, fmt="%.17g")
-    lines = ["s = load('states.txt');", "r = zeros(rows(s), 2);"]
-    for model in models:
-        name = f"{model.name}_dP_dt"
-        (folder / f"{name}.m").write_text(source(model, plant, "matlab"))
-        call = f"[r(i, 1), r(i, 2)] = {name}(s(i, 1), s(i, 2), s(i, 3), s(i, 4), s(i, 5));"
-        write = f"f = fopen('{model.name}.bin', 'w'); fwrite(f, r', 'double'); fclose(f);"
-        lines += ["for i = 1:rows(s)", call, "end", write]
-    (folder / "compare.m").write_text("\n".join(lines))
-    subprocess.run(["octave-cli", "--norc", "--quiet", "compare.m"], cwd=folder, check=True)
-    return [np.fromfile(folder / f"{model.name}.bin").reshape(-1, 2) for model in models]
-
-
-def run_casadi(model, plant, states, folder):
-    (folder / "model.py").write_text(source(model, plant, "casadi"))
-    function = runpy.run_path(str(folder / "model.py"))[f"{model.name}_dP_dt"]
-    return np.hstack([np.asarray(rate).T for rate in function.map(len(states))(*states.T[:, None, :])])
 
 
 UNUSUAL = {
@@ -82,27 +59,6 @@ def test_c(model, unusual, plant, random_states, tmp_path):
         part, changes = UNUSUAL[unusual]
         plant = plant._replace(**{part: getattr(plant, part)._replace(**changes)})
     assert difference(run_c(model, plant, random_states, tmp_path), model, plant, random_states) < 1e-12
-
-
-@C_COMPILER
-def test_c_in_single_precision(plant, random_states, tmp_path):
-    states = random_states[:1000]
-    computed = run_c(MODELS["M10"], plant, states, tmp_path, "float")
-    assert 1e-9 < difference(computed, MODELS["M10"], plant, states) < 1e-3
-    assert "double" not in (tmp_path / "M10.c").read_text()
-
-
-@pytest.mark.skipif(shutil.which("octave-cli") is None, reason="GNU Octave is not installed")
-def test_matlab(plant, random_states, tmp_path):
-    models = [MODELS["M4"], MODELS["M10"]]
-    for model, computed in zip(models, run_octave(models, plant, random_states, tmp_path), strict=True):
-        assert difference(computed, model, plant, random_states) < 1e-12
-
-
-@pytest.mark.parametrize("model", EVERY, ids=lambda model: model.name)
-def test_casadi(model, plant, random_states, tmp_path):
-    pytest.importorskip("casadi", reason="CasADi is not installed")
-    assert difference(run_casadi(model, plant, random_states, tmp_path), model, plant, random_states) < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -104,7 +104,10 @@ def columns_of(mapping: Columns | None, channels: Sequence[Channel]) -> dict[str
     """
     if not mapping:
         found = columns_by_header(channels)
-        if any(_foreign_label(channel.name)[:3] == "u_b" for channel in channels) and "m_A" not in found:
+        if (
+            any(PATH.sub("", channel.name).strip().lower()[:3] == "u_b" for channel in channels)
+            and "m_A" not in found
+        ):
             raise InputError(TWO_COMMANDS)
         return found
     return columns_by_header([c for c in channels if is_time(c.name) or _is_unit_of_time(c)]) | read_mapping(
@@ -200,26 +203,22 @@ def proposal(columns: Mapping[str, Column]) -> str:
     return f"; to check and complete: --columns {shlex.quote(json.dumps(content, ensure_ascii=False))}"
 
 
-def _foreign_label(name: str) -> str:
-    """Last part of a name in lower case."""
-    return PATH.sub("", name).strip().lower()
-
-
 def _guessed(
     channels: Sequence[Channel], known: Mapping[str, Column], missing: Sequence[str]
 ) -> dict[str, Column]:
     """Columns of missing quantities, by names in other laboratories or a unit of time; others by order."""
     used = {column.column for column in known.values()}
-    free = {channel.name: channel.unit for channel in channels if channel.name not in used}
+    left_over = [channel for channel in channels if channel.name not in used]
+    free = {channel.name: channel.unit for channel in left_over}
+    timed = [channel.name for channel in left_over if _is_unit_of_time(channel)]
     names = dict[str, str]()
     for quantity in missing:
         labels = ((name, _foreign(label)[0]) for name in free for label in (name, PATH.sub("", name)))
-        timed = [name for name, unit in free.items() if isinstance(reading("t", _unit(name, unit)), Reading)]
         by_name = [name for name, label in labels if GUESSES[quantity].fullmatch(label) and name not in names]
         by_name += timed if quantity == "t" and len(timed) == 1 else []
         names |= {name: quantity for name in by_name[:1]}
     left = [quantity for quantity in QUANTITIES if quantity in {*missing} - {*names.values()}]
-    by_order = [c.name for c in channels if c.name in free and c.name not in names and _is_signal(c)]
+    by_order = [c.name for c in left_over if c.name not in names and _is_signal(c)]
     names |= dict(zip(by_order, left, strict=False))
     return {quantity: Column(column=name, unit=_unit(name, free[name])) for name, quantity in names.items()}
 
