@@ -104,10 +104,8 @@ def columns_of(mapping: Columns | None, channels: Sequence[Channel]) -> dict[str
     """
     if not mapping:
         found = columns_by_header(channels)
-        if (
-            any(PATH.sub("", channel.name).strip().lower()[:3] == "u_b" for channel in channels)
-            and "m_A" not in found
-        ):
+        ends = [PATH.sub("", channel.name).strip().lower() for channel in channels]
+        if any(end.startswith("u_b") for end in ends) and "m_A" not in found:
             raise InputError(TWO_COMMANDS)
         return found
     return columns_by_header([c for c in channels if is_time(c.name) or _is_unit_of_time(c)]) | read_mapping(
