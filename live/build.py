@@ -1,7 +1,8 @@
-"""Build the page of `pneumo live`: it studies a cylinder in the browser, with the core as WebAssembly.
+"""Complete the page of `pneumo live`: it studies a cylinder in the browser, with the core as WebAssembly.
 
-The package contains the finished page, so that readers need no compiler. `make live` writes it again after a
-change of the core, of the models or of the template; a test fails where that was forgotten.
+The package contains the finished page, so that readers need no compiler. Its HTML and script are edited
+there; `make live` writes the compiled core and the numbers of models and `pneumo study` into it. A test fails
+where that was forgotten after a change.
 """
 
 import base64
@@ -172,17 +173,18 @@ def _layout() -> dict[str, Any]:
 
 
 def assembled(code: bytes) -> str:
-    """HTML of the page, in one file that loads nothing else, with the compiled core."""
-    text = (FOLDER / "page.html").read_text(encoding="utf-8")
+    """HTML of the page, in one file that loads nothing else, with the compiled core and today's numbers."""
+    text = LIVE_PAGE.read_text(encoding="utf-8")
     sources = [*SOURCES, *sorted(CORE.glob("*.h"))]
     digest = hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()
     parts = {
-        "LAYOUT": json.dumps(_layout()).replace("</", r"<\/"),
-        "WASM": base64.b64encode(code).decode(),
-        "SOURCES": digest,
+        r'(<meta name="sources" content=").*?(">)': digest,
+        r'(<script id="layout" .*?>).*?(</script>)': json.dumps(_layout()).replace("</", r"<\/"),
+        r'(<script id="wasm" .*?>).*?(</script>)': base64.b64encode(code).decode(),
     }
-    for mark, content in parts.items():
-        text = text.replace(f"@{mark}@", content, 1)
+    for pattern, content in parts.items():
+        (place,) = re.finditer(pattern, text)
+        text = text[: place.end(1)] + content + text[place.start(2) :]
     return text
 
 

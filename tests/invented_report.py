@@ -7,11 +7,11 @@ import xarray as xr
 from packed_traces import unpacked
 from paper_study import STUDY as PAPER
 
-from paper.study.pages import STATUS_LOOKS
 from paper.study.pages import report_page as report
 from paper.study.pages.packing import MISSING
 from paper.study.pages.report_page import part, report_page
 from paper.study.trace_layout import TRACED, interval_edges, n_shown, shown_steps
+from paper_verdict.page import LOOKS
 from pneumo.physics.models import MODELS
 
 HOSTILE = "</script><img src=x onerror=alert(1)>"
@@ -76,7 +76,7 @@ def parts():
 @cache
 def verdict():
     """Counts of a verdict."""
-    statuses = {status: 10 + i for i, status in enumerate(STATUS_LOOKS)}
+    statuses = {status: 10 + i for i, status in enumerate(LOOKS)}
     places = [{"name": "Fig. 7", "link": "figures/fig07.svg"}, {"name": "Table 7", "link": "statistics.nc"}]
     return {"headline": {"facts": 75, "statuses": statuses}, "places": places}
 

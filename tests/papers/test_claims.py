@@ -1,20 +1,16 @@
 """Claims, tolerance classes, errata, facts and assumptions of the papers hold together."""
 
-import re
-import shutil
 from fnmatch import fnmatchcase
-from pathlib import Path
 
 import pytest
 import yaml
-from checkout import ROOT, edit
+from checkout import ROOT
 
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2007.paper import PAPER_2007
 from paper_verdict.claims import read_claims
 from paper_verdict.errata import read_errata
-from paper_verdict.errors import PaperError
 from paper_verdict.facts import Assumption, choices
 
 CLAIMS, ASSUMPTIONS = read_claims(PAPER_FOLDER), Assumption.read_all(PAPER_FOLDER / "assumptions.yaml")
@@ -58,22 +54,3 @@ def test_assumptions_are_those_of_the_configuration():
         for alternative in entry.alternatives.values():
             for key, value in alternative.items() if isinstance(alternative, dict) else ():
                 assert at(key) != value, (name, key)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("id: S1.P_down\n", "id: S1.P_0\n", "id = 'S1.P_0': is repeated"),
-        (
-            "class: half_bridge",
-            "class: halfbridge",
-            "class = 'halfbridge': no such class; did you mean 'half_bridge'?",
-        ),
-        ("sense: at_most", "sense: about", "sense = 'about'"),
-    ],
-)
-def test_bad_claims_are_named(tmp_path, old, new, words):
-    paper = Path(shutil.copytree(PAPER_FOLDER, tmp_path / "paper"))
-    edit(paper / "claims.yaml", old, new)
-    with pytest.raises(PaperError, match=re.escape(words)):
-        read_claims(paper)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from page_checks import assert_fit_for_a_phone, in_chromium
-from rich.console import Console
 
 from pneumo.fitting.fit_result import Estimate, FitResult, Light, estimates_data, fit_data
 from pneumo.fitting.lights import ADDS_LITTLE, light_and_reason, within_commands
@@ -31,6 +30,18 @@ from pneumo.publish.text.terminal_tables import (
 from pneumo.quantities.table import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
 
 SAMPLES = 200
+
+
+def printed(*tables) -> str:
+    """Text of tables in a terminal."""
+    file = io.StringIO()
+    for table in tables:
+        print_table(table, file=file, color_system=None)
+    return file.getvalue()
+
+
+def columns(text: str) -> int:
+    return max(len(line.rstrip()) for line in text.splitlines())
 
 
 @pytest.fixture(scope="module")
@@ -71,11 +82,9 @@ def test_tables_fit_a_terminal_and_keep_their_digits_where_they_do_not(a_fit):
     names = ("estimate", "low", "high")
     for factor, most in ((1.0, 80), (1.2345678, 80), (1.2345678e4, 200)):
         changes = {name: a_fit.data["estimate"] * factor for name in names}
-        fit, printed = replace(a_fit, data=a_fit.data.assign(changes)), io.StringIO()
-        for table in fit_tables(fit):
-            print_table(table, file=printed, color_system=None)
-        text = printed.getvalue()
-        assert "…" not in text and max(len(line.rstrip()) for line in text.splitlines()) <= most
+        fit = replace(a_fit, data=a_fit.data.assign(changes))
+        text = printed(*fit_tables(fit))
+        assert "…" not in text and columns(text) <= most
         for cell in (cell for row in fit_rows(fit) for cell in row):
             assert cell in text
 
@@ -100,24 +109,12 @@ def of_full_order(a_fit, factor=1.0, names=REPORTED, doubts=()):
 
 
 def test_every_parameter_of_a_rig_has_a_line_with_its_light_in_a_terminal(a_fit):
-    console = Console(width=80, record=True, file=io.StringIO())
     fit = of_full_order(a_fit, 1.1, (*REPORTED, *ALSO))
-    console.print(full_order_table(rig_rows(fit)))
-    text = console.export_text()
-    assert "…" not in text and max(map(len, text.splitlines())) <= 80
+    text = printed(full_order_table(rig_rows(fit)))
+    assert "…" not in text and columns(text) <= 80
     for row in rig_rows(fit):
         assert len(re.findall(rf"^ {re.escape(row[0])} .* green ", text, re.MULTILINE)) == 1
     assert rig_rows(fit)[0][4] == "offset P_B"  # the last quantity moves most
-
-
-def test_a_warning_colours_the_parameters_that_it_concerns_and_their_lines_name_it(a_fit):
-    volume = "the dead volume of A is 2.3 times the default: give it, with the hoses"
-    fit = of_full_order(a_fit, 1.1, doubts=[("V_d_A", volume)])
-    doubted = {name: row for name, row in fit.judgements.items() if row[0] != "green"}
-    assert doubted == {"V_d_A": ("yellow", "the dead volume of A is 2.3 times the ...")}
-    console = Console(width=80, record=True, file=io.StringIO())
-    console.print(full_order_table(rig_rows(fit)))
-    assert "V_d of A: the dead volume of A is 2.3 times the ..." in console.export_text()
 
 
 def test_C_is_green_at_the_largest_command_of_the_record_only(a_fit):
@@ -133,10 +130,8 @@ def test_C_is_green_at_the_largest_command_of_the_record_only(a_fit):
     assert at_most[1] == "yellow" and at_4_5[1] == "green"
     C, lower = (float(row[2].partition(" ")[0]) for row in (at_most, at_4_5))
     assert lower == pytest.approx(0.45 * C, rel=0.01)
-    console = Console(width=80, record=True, file=io.StringIO())
     as_stated = {name: ("as stated", ADDS_LITTLE) for name in fit.judgements}
-    console.print(full_order_table(rig_rows(replace(fit, judgements=as_stated))))
-    assert max(map(len, console.export_text().splitlines())) <= 80
+    assert columns(printed(full_order_table(rig_rows(replace(fit, judgements=as_stated))))) <= 80
     assert LIGHT_LOOKS.keys() == {*get_args(Light)}
 
 
@@ -153,10 +148,7 @@ def test_tables_and_page_of_a_rig_have_every_quantity(a_fit):
     data = estimates_data({"full order": estimate}, units).assign_coords(t=a_fit.data["t"])
     data = data.assign(P=(("chamber", "t"), P), x=("t", 0 * P[0]), rms_temperature=("model", [12.345678]))
     fit = replace(a_fit, data=data, quantities=quantities, of="rig", notes=("how <i>",))
-    console = Console(width=80, record=True, file=io.StringIO())
-    for table in fit_tables(fit):
-        console.print(table)
-    text = console.export_text()
+    text = printed(*fit_tables(fit))
     assert "…" not in text and all(name in text for name in OF_RIG)
     assert re.search(r"valve_opening_delay \(ms\) +-1\.23\d* \(-2\.4\d* to -1\.2\d*\)", text)
     assert re.search(r"k_0 \(W/K\) +0 \(on its bound\)", text)

@@ -12,10 +12,10 @@ from packed_traces import unpacked
 from page_checks import stands_alone
 from paper_study import STUDY as PAPER
 
-from paper.study.pages import STATUS_LOOKS
 from paper.study.pages.packing import FRACTION
 from paper.study.pages.report_page import experiment_text, overview, report_page
 from paper.study.trace_layout import interval_edges, shown_steps
+from paper_verdict.page import LOOKS
 from pneumo.physics.models import MODELS
 
 pytestmark = pytest.mark.xdist_group("report page")  # the page takes seconds to make
@@ -84,7 +84,7 @@ def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict(
     links = {"https://doi.org/10.1243/09596518JSCE203", "https://github.com/leeoniya/uPlot"}
     assert set(stands_alone(page()).links) == {"#explore", "verdict.html", "figures/fig07.svg", *links}
     assert report_page(PAPER, parts(), verdict(), None, False) == page()
-    for status, (look, symbol, _) in STATUS_LOOKS.items():
+    for status, (look, symbol, _) in LOOKS.items():
         badge = rf'class="badge {look}" href="verdict.html"[^>]*>.*?{re.escape(html.escape(symbol))}</span>'
         counted = f"{verdict()['headline']['statuses'][status]} {escape(status)}"
         assert re.search(rf"{badge} {counted}</a>", page())

@@ -13,7 +13,6 @@ from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.stored_runs import read_json
 from paper.study.text.explain import cell_text
 from paper_verdict.facts import headline_text
-from paper_verdict.text import item_text
 from pneumo.errors import ResultError
 
 pytestmark = pytest.mark.xdist_group("printed")
@@ -50,23 +49,13 @@ def test_every_item_has_one_row_and_every_link_a_target(judged, page):
 
 def test_a_reader_sees_the_headline_then_a_line_for_each_table_and_figure(judged, page):
     assert html.escape(headline_text(judged["headline"])) in page
-    heads = [
-        'class="sharpest"',
-        "Table by table",
-        "Finding 1",
-        "Print and reproduction",
-        "Facts, worst first",
-        "Errata",
-    ]
-    places = [page.index(head) for head in heads]
+    places = [page.index(f'id="{part}"') for part in ("lines", "wrong-row", "places", "facts", "errata")]
     assert places == sorted(places)
     lines = re.search(r'<table class="plain lines">(.*?)</table>', page, re.S)[1]
     names = re.findall(r'<th scope="row">(?:<a [^>]*>)?([^<]+)', lines)
     expected = [f"Table {n}" for n in range(1, 10)] + [f"Fig. {n}" for n in range(1, 13)]
     assert names == [*expected, "Equations", "Text"]
     assert "not true by exact" in page
-    text = re.sub(r"<(style|script|details)\b.*?</\1>", "", page, flags=re.S)
-    assert len(re.sub("<[^>]*>", " ", text).split()) < 6000  # words and numbers that are not folded
 
 
 def test_every_cell_of_a_table_has_print_and_reproduction_and_leads_to_its_file(judged, page):
@@ -142,16 +131,6 @@ class TestInBrowser:
         assert_accessible(
             visit, file, "document.querySelectorAll('.items tr').forEach((e, i) => i % 20 && e.remove())"
         )
-
-
-def test_item_text(judged):
-    errata = {erratum["id"]: erratum for erratum in judged["errata"]}
-    items = {item["id"]: item for item in judged["items"]}
-    story = item_text(items["S4.M7_40"], errata)
-    words = ["Section 4", "fitted: constants", "M7_is_M8", "40 %", "54 %", "class fraction"]
-    words += ["quoted_row", "erratum", "proof", "statistics.nc"]
-    assert all(word in story for word in words), story
-    assert max(map(len, story.splitlines())) <= 100
 
 
 def test_cell_text(printed_once):

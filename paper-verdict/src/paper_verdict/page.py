@@ -140,7 +140,9 @@ def _header(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
         )
     for name, reason in verdict["failures"].items():
         yield f'<p class="warning"><strong>{escape(name)}:</strong> {escape(reason)}.</p>'
-    yield "</header>"
+    counts = verdict["headline"]["statuses"]
+    legend = [f"<li>{badge(s, f'{counts[s]} {s}')} {escape(LOOKS[s][2])}</li>" for s in LOOKS if counts[s]]
+    yield f'<ul class="legend">{"".join(legend)}</ul></header>'
 
 
 def _lines(places: Sequence[Row]) -> Iterable[str]:
@@ -349,9 +351,6 @@ def _facts(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
     if failed:
         links = "; ".join(f'<a href="#fact-{_id(f["name"])}">{marked(f["says"])}</a>' for f in failed)
         yield f"<p>Predictions that did not come out: {links}.</p>"
-    counts = verdict["headline"]["statuses"]
-    legend = [f"<li>{badge(s, f'{counts[s]} {s}')} {escape(LOOKS[s][2])}</li>" for s in LOOKS if counts[s]]
-    yield f'<ul class="legend">{"".join(legend)}</ul>'
     for fact in verdict["facts"]:
         members = [item for item in verdict["items"] if item["fact"] == fact["name"]]
         links = ", ".join(f'<a href="#{_id(i["id"])}">{escape(i["id"])}</a>' for i in members)

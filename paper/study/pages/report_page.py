@@ -10,7 +10,7 @@ import xarray as xr
 
 from paper.study.figures.parts import FIRST_SHOWN
 from paper.study.labels import STUDY_SAMPLING
-from paper.study.pages import STATUS_LOOKS, STUDY_TEMPLATES
+from paper.study.pages import STUDY_TEMPLATES
 from paper.study.pages.packing import FRACTION, packed, round_number, rounded, rounding_step
 from paper.study.pages.verdict_page import axis_fraction
 from paper.study.stored_runs import failure_text
@@ -24,6 +24,7 @@ from paper.study.trace_layout import (
     n_shown,
     shown_steps,
 )
+from paper_verdict.page import LOOKS as LOOKS_OF_STATUSES
 from pneumo.catalogue import conductance_factor, measured_cylinders
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
@@ -40,11 +41,11 @@ PER_OCTAVE = 512  # steps in which a mean square error is stored: 0.07 %
 LEAST_SQUARE = 2.0**-20  # Pa^2; errors of zero count as this
 SIGNALS = {"u": 1e3, "x": 1e6}  # signals of a run -> steps per unit before rounding, mV and um
 STANDS = {  # whether a claim of 2006 stands -> symbol, class of its badge
-    "yes": ("✓", "close"),
+    "yes": ("✓", "scatter"),
     "in part": ("≈", "explained"),
     "depends": ("±", "explained"),
     "no": ("≠", "contradicted"),
-    "not run": ("?", "unknown"),
+    "not run": ("?", "unjudged"),
 }
 _DASHES = {"full, high k_0": "-", "full, low k_0": (0, (2.0, 2.0))}
 LOOKS = MODEL_LOOKS | {name: FULL_ORDER_LOOK._replace(linestyle=dash) for name, dash in _DASHES.items()}
@@ -304,7 +305,7 @@ def report_page(
         sampling=STUDY_SAMPLING,
         parts=parts,
         verdict=verdict,
-        statuses=STATUS_LOOKS,
+        statuses=LOOKS_OF_STATUSES,
         findings=findings,
         stands=STANDS,
         manuscript=manuscript,

@@ -9,8 +9,8 @@ from pneumo.publish.text.terminal_tables import RIG_HEADS, RIG_TITLE, fit_heads,
 
 # Class and symbol of a light.
 LIGHT_LOOKS = {
-    "green": ("close", "✓"),
-    AS_STATED: ("exact", "="),
+    "green": ("scatter", "✓"),
+    AS_STATED: ("agrees", "="),
     "yellow": ("explained", "≈"),
     "red": ("contradicted", "!"),
 }
