@@ -1,1 +1,1 @@
-"""Which model for a cylinder: plants, runs, the ranking for one cylinder."""
+"""Which model for a cylinder: plants, runs, rankings, error budget."""

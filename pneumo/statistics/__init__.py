@@ -1,1 +1,1 @@
-"""Statistics over experiments: averages, best n, rankings and their intervals."""
+"""Statistics over experiments: averages, best n and intervals."""

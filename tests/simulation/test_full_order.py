@@ -45,38 +45,35 @@ def solved(e, reference, rtol):
     return np.concatenate(states)
 
 
-@pytest.mark.parametrize("name", ["E01", "E09", "E07", "E15"])
+def with_rod_and_hose(e):
+    """A rod of half the bore takes a quarter of chamber B's area; the load balances it at equilibrium."""
+    c = e.plant.cylinder
+    load = -e.plant.conditions.P_0 * 0.25 * c.A_A
+    return e._replace(
+        plant=e.plant._replace(cylinder=c._replace(A_B=0.75 * c.A_A, V_d_B=2 * c.V_d_A, load=load))
+    )
+
+
+SMOOTH = {name: STUDY.experiments[name] for name in ("E01", "E09", "E07", "E15")}
+SMOOTH["single rod, long hose"] = with_rod_and_hose(SMOOTH["E15"])
+
+
+@pytest.mark.parametrize("name", SMOOTH)
 @pytest.mark.parametrize("voltage", [0.5, -2.0])
 def test_smooth_run_against_dop853(name, voltage):
     # 60 ms of steady command from equilibrium: one chamber fills below the sonic limit and below supply
     # pressure, the other empties far above it, and nothing reaches a stop, the limiter or equal pressures.
     # The fastest motion swings at omega = (2 gamma P_0 A^2 / (V M))^(1/2), below 80 rad/s; a step of order
     # five errs by about (omega h)^6 / 6! = 4e-10 of it, and 60 of them add up to 2e-8 at most.
-    e, reference = STUDY.experiments[name], np.full(61, voltage)
-    states = assert_smooth(e, reference)
+    e, reference = SMOOTH[name], np.full(61, voltage)
+    states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h).states
+    c, filling = e.plant.conditions, states[:, 2 if voltage > 0 else 4]
+    assert (filling / c.P_s > 0.6).all() and (filling / c.P_s < 0.95).all()
+    assert abs((states - solved(e, reference, 1e-12)) / scale_of(e)).max() < 2e-8
     if name == "E09":  # the bound is so narrow that it sees k_0's fifth digit
         other = e.plant._replace(k_0=e.plant.k_0 * (1 + 1e-4))
         change = run(equilibrium(other), reference, 0.0, e.drive, other, e.h).states - states
         assert abs(change / scale_of(e)).max() > 2e-8
-
-
-def assert_smooth(e, reference):
-    """Compare a run that starts at equilibrium with the adaptive solver; return its states."""
-    states = run(equilibrium(e.plant), reference, 0.0, e.drive, e.plant, e.h).states
-    c, filling = e.plant.conditions, states[:, 2 if reference[0] > 0 else 4]
-    assert (filling / c.P_s > 0.6).all() and (filling / c.P_s < 0.95).all()
-    difference = (states - solved(e, reference, 1e-12)) / scale_of(e)
-    assert abs(difference).max() < 2e-8
-    return states
-
-
-@pytest.mark.parametrize("voltage", [0.5, -2.0])
-def test_smooth_run_of_a_cylinder_with_a_single_rod_and_a_long_hose(voltage):
-    # A rod of half the bore takes a quarter of chamber B's area; the load balances it at equilibrium.
-    e = STUDY.experiments["E15"]
-    cylinder = e.plant.cylinder._replace(A_B=0.75 * e.plant.cylinder.A_A, V_d_B=2 * e.plant.cylinder.V_d_A)
-    cylinder = cylinder._replace(load=-e.plant.conditions.P_0 * 0.25 * cylinder.A_A)
-    assert_smooth(e._replace(plant=e.plant._replace(cylinder=cylinder)), np.full(61, voltage))
 
 
 @given(st.sampled_from(list(STUDY.experiments)), some.conductances(), st.booleans())

@@ -141,16 +141,13 @@ def test_the_longest_step_is_stable_and_not_much_shorter(node, links, area, deca
     assert 2.0 < np.log(before / after) / h / fastest < 3.3  # where the method's steps cease to be stable
 
 
-def test_a_pressure_that_is_not_positive_ends_a_replay():
+def test_a_replay_ends_where_a_pressure_is_not_positive_and_a_node_is_far_too_fast_for_its_samples():
     V = 1e-4 * np.linspace(1.0, 3.0, SAMPLES)
     isothermal = replay([node(1e5, of=of_model("M1"))], [], [], V[None], np.empty((0, SAMPLES)), AIR, H)
     assert np.isfinite(isothermal.P).all()
     shrunk = replay([node(1e5)], [], [], -V[None] + 2e-4, np.empty((0, SAMPLES)), AIR, H)
     assert np.isnan(shrunk.P[0, -1]) and np.isfinite(shrunk.P[0, 0])
-
-
-def test_a_node_far_too_fast_for_its_samples_has_no_pressures():
-    """A search over a rig's volumes reaches nodes that would take 10^12 steps a sample."""
+    # A search over a rig's volumes reaches nodes that would take 10^12 steps a sample.
     got = replay([node()], [Link(1, 0)], [SUPPLY], 1e-18 * ONES[None], 1e-6 * ONES[None], AIR, H)
     assert np.isnan(got.P).all() and got.P.shape == (1, SAMPLES)
 
