@@ -12,15 +12,12 @@ import numpy as np
 import xarray as xr
 
 from pneumo.configuration.experiment import Study
-from pneumo.equations.named_model import FULL_ORDER as EXPORTED_FULL_ORDER
-from pneumo.physics.models import MODELS
+from pneumo.physics.models import FULL, MODELS
 from pneumo.selection.after_record import NOISE, RECORD
 from pneumo.selection.cylinder_ranking import LONG_RUN
 from pneumo.selection.error_budget import FULL_ORDER, Budget, Row
 from pneumo.selection.ranking import MATERIAL, Ranking, cost, rank_models
 
-# Beside `cost` of the models: no power, so that a step costs less than one of M5 to M10 (docs/export.md).
-FULL_ORDER_COST = (0, 4, 0, 1)
 UNKNOWN_FILE = "CONFIGURATION.yaml"  # in a command, where the name is not known
 
 
@@ -97,14 +94,15 @@ def named(row: Row) -> str:
 
 def exported_name(model: str) -> str:
     """Name by which `pneumo export` knows a model or the full order."""
-    return EXPORTED_FULL_ORDER if model == FULL_ORDER else model
+    return FULL.name if model == FULL_ORDER else model
 
 
 def model_cost(name: str) -> tuple[int, ...]:
-    """Cost of a step of a model, or of the full order, as a sort key."""
-    if name == FULL_ORDER:
-        return (*FULL_ORDER_COST, 0)
-    return (*cost(MODELS[name]), list(MODELS).index(name))
+    """Cost of a step of a model, or of the full order, as a sort key.
+
+    A step of the full order has no power and costs less than one of M5 to M10 (docs/export.md).
+    """
+    return (*cost(MODELS.get(name, FULL)), [*MODELS, FULL_ORDER].index(name))
 
 
 def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> str:

@@ -122,13 +122,9 @@ def errors_on(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, fl
 def _errors(recording: Recording, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:
     """Mean square errors, as of `errors_on`, of models with a plant on a recording of another one."""
     recording, gamma = recording._replace(plant=plant), plant.gas.gamma
-    lanes = lane_array([lane(MODELS[model], n, gamma) for model, n in rows])
-    cells = replay(recording, lanes, EXACT_SAMPLING, len(recording.u) - 1)
-    mse = np.where(cells.status != 0, np.nan, cells.mse)
-    full = replay(
-        recording, lane_array([full_order_lane(gamma, plant.wall)]), EXACT_SAMPLING, len(recording.u) - 1
-    )
-    return np.vstack([mse, full.mse])
+    lanes = [lane(MODELS[model], n, gamma) for model, n in rows] + [full_order_lane(gamma, plant.wall)]
+    cells = replay(recording, lane_array(lanes), EXACT_SAMPLING, len(recording.u) - 1)
+    return np.where(cells.status != 0, np.nan, cells.mse)
 
 
 def stroke_errors(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:
