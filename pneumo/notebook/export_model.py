@@ -2,11 +2,9 @@
 
 from pathlib import Path
 
-from pneumo.configuration.parameters import configured_dynamics
-from pneumo.configuration.parameters import study as in_SI
 from pneumo.configuration.schema import Configuration
 from pneumo.export import exported, write_files
-from pneumo.selection.plants import configured_plant
+from pneumo.selection.plants import configured_rig
 
 
 def export_model(
@@ -19,8 +17,8 @@ def export_model(
     name: str | None = None,
 ) -> list[Path]:
     """Write a model of a configured cylinder as `pneumo export` does; return the files' paths."""
-    file, plant = Path(file), configured_plant(in_SI(configuration), cylinder)
-    dynamics = configured_dynamics(configuration, cylinder)
+    file = Path(file)
+    _, plant, dynamics = configured_rig(configuration, cylinder)
     first, *rest = exported(model, n, plant, to, stem=file.stem, dynamics=dynamics, name=name).items()
     files = {file.name: first[1], **dict(rest)}
     write_files(files, file.parent)
