@@ -13,11 +13,10 @@ from pneumo.fitting.least_squares import solution_at
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import LONGEST_STEP, stage_signals
 from pneumo.physics.models import FULL
+from pneumo.selection.error_budget import NOISE, RECORD
 from pneumo.simulation.full_order import RAN, failure, record
 
-RECORD = 10.0  # s, of the record, and of the new run
 SENSORS = ("P_gain_A", "P_gain_B", "P_gain_s")
-NOISE = 1e3  # Pa, standard deviation of the pressure sensors; ASSUME
 
 
 def error_after_record(experiment: Experiment, known: Accuracy) -> float:

@@ -13,9 +13,8 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Study
 from pneumo.physics.models import FULL, MODELS
-from pneumo.selection.after_record import NOISE, RECORD
 from pneumo.selection.cylinder_ranking import LONG_RUN
-from pneumo.selection.error_budget import FULL_ORDER, Budget, Row
+from pneumo.selection.error_budget import FULL_ORDER, NOISE, RECORD, Budget, Row
 from pneumo.selection.ranking import MATERIAL, Ranking, cost, rank_models
 
 UNKNOWN_FILE = "CONFIGURATION.yaml"  # in a command, where the name is not known

@@ -18,7 +18,6 @@ from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import InputError, shown
 from pneumo.physics.models import MODELS, full_order_lane, lane, lane_array
 from pneumo.quantities.table import GROUPS
-from pneumo.selection.after_record import error_after_record
 from pneumo.selection.error_budget import FULL_ORDER, NOTHING
 from pneumo.simulation.full_order import Recording, record, recorded, thermal_time_constant
 from pneumo.simulation.replay import replay
@@ -220,6 +219,8 @@ def drawn_errors(
             cells[name] = (of_dims, mse, about | {"long_name": f"the same {words}"})
         cells = cells.assign_coords(group=[*GROUPS, NOTHING])
         if uncertain.accuracy and not uncertain.measured:
+            from pneumo.selection.after_record import error_after_record  # a second, as fits take
+
             after = [error_after_record(experiments[0], uncertain.accuracy)] * len(experiments)
             about = {"units": "Pa", "long_name": "expected RMS error of a full order fitted to one record"}
             cells["after_record"] = ("experiment", after, about)

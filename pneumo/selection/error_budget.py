@@ -19,6 +19,7 @@ from pneumo.physics.models import MODELS
 FULL_ORDER = "full order"  # name of its row
 NOTHING = "nothing"  # group of the draws in which everything is as configured
 TAILS = 0.025, 0.975  # of the interval
+RECORD, NOISE = 10.0, 1e3  # s, of a record and of the new run; Pa, of its pressure sensors: ASSUME
 
 
 class Row(NamedTuple):

@@ -20,7 +20,7 @@ from pneumo.fitting.fit_problem import LIMITS
 from pneumo.fitting.least_squares import solve
 from pneumo.physics.models import FULL, MODELS
 from pneumo.quantities.table import GROUPS
-from pneumo.selection.after_record import NOISE, at_truth, error_after_record, problems_of
+from pneumo.selection.after_record import at_truth, error_after_record, problems_of
 from pneumo.selection.answer import export_command, model_cost
 from pneumo.selection.cylinder_ranking import (
     DRAWS,
@@ -35,7 +35,7 @@ from pneumo.selection.cylinder_ranking import (
     stroke_errors,
 )
 from pneumo.selection.cylinder_template import TEMPLATE
-from pneumo.selection.error_budget import FULL_ORDER
+from pneumo.selection.error_budget import FULL_ORDER, NOISE
 
 
 def known(**changes):
