@@ -5,7 +5,7 @@ table of quantities for what nobody stated. Deviations are normal; of a factor, 
 logarithm is.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from math import exp, expm1, log, log1p
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -35,12 +35,16 @@ def group_of(name: str) -> str:
 
 
 def accuracy(
-    configuration: Configuration | None = None, position_shown: bool = True, cylinder: str | None = None
+    configuration: Configuration | None = None,
+    position_shown: bool = True,
+    cylinder: str | None = None,
+    unmeasured: Collection[str] = (),
 ) -> Accuracy:
     """Accuracy of a cylinder's rig, SI units, as configured or as the table of quantities has it.
 
     `position_shown` says whether a record or configured dead volumes would reveal a wrong zero of x.
-    `cylinder` may be left out if there is only one.
+    `cylinder` may be left out if there is only one. Of the `unmeasured` quantities, those that are
+    `defaults_taken` have the accuracy of a default.
     """
     known = {name: quantity.accuracy for name, quantity in QUANTITIES.items() if quantity.accuracy}
     if not position_shown:
@@ -51,7 +55,33 @@ def accuracy(
     for name in known:
         given = [_stated(configuration, cylinder, key, name) for key in QUANTITIES[name].stated]
         known[name] = next((half for half in given if half is not None), known[name])
-    return known
+    taken = defaults_taken(configuration, unmeasured)
+    return known | {name: QUANTITIES[name].undetermined for name in taken}
+
+
+def defaults_taken(configuration: Configuration, names: Collection[str]) -> list[str]:
+    """Those of some quantities of the supply whose value is a default without a stated uncertainty."""
+    supply = configuration.supply
+    keys = {name: QUANTITIES[name].stated[0].rpartition(".")[2] for name in names}
+    return [
+        name
+        for name, key in keys.items()
+        if getattr(supply, key) == QUANTITIES[name].default and supply.uncertainty(key) is None
+    ]
+
+
+def default_notes(configuration: Configuration, names: Collection[str]) -> list[str]:
+    """Note on those of some quantities that are `defaults_taken`, and how to state them."""
+    taken = [(QUANTITIES[name], name) for name in defaults_taken(configuration, names)]
+    limits = [
+        f"{name} = {q.factor * q.default:g} {q.shown_unit} ± {100 * q.undetermined:g} %"
+        if q.relative
+        else f"{name} = {q.default:g} ± {q.undetermined:g} {q.shown_unit}"
+        for q, name in taken
+    ]
+    keys = ", ".join(q.stated[0] for q, _ in taken)
+    text = f"not measured, so taken as a default: {', '.join(limits)}; state {keys} with ±"
+    return [text] if taken else []
 
 
 def _stated(configuration: Configuration, cylinder: str, path: str, name: str) -> float | None:

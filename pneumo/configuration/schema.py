@@ -74,6 +74,12 @@ class SupplySection(Section):
         "equilibrium over supply pressure, or half-bridge to solve Appendix 2"
     )
 
+    sag: Number | None = optional_key(
+        "fraction by which P_s_Pa falls at the largest flow, as `pneumo fit` finds it; others refuse it",
+        gt=0,
+        lt=1,
+    )
+
     @model_validator(mode="after")
     def _supply_above_atmosphere(self) -> Self:
         if self.P_s_Pa <= self.P_atm_Pa:

@@ -38,7 +38,10 @@ def changes_of(problem: Problem, best: Solution, known: Accuracy | None) -> np.n
     if known is None:
         return np.zeros((len(UNFITTED), *problem.signals.P.shape))
     here = residual(problem)
-    others = [residual(changed(problem, name, known[name])) - here for name in UNFITTED]
+    others = [
+        0 * here if name in problem.names else residual(changed(problem, name, known[name])) - here
+        for name in UNFITTED
+    ]
     return np.nan_to_num(np.array(others)) / problem.plant.conditions.P_s
 
 
@@ -55,9 +58,9 @@ def configured_shifts(
     left = changes - np.tensordot(unfitted, best.jacobian, axes=(1, 2))
     misfit = float(np.sqrt(np.sum(np.mean(left**2, axis=(1, 2))))) / LIMITS
     result[: len(UNFITTED)] = unfitted
-    for row, name in enumerate(CONFIGURED, len(UNFITTED)):
+    for name in CONFIGURED:
         if name in problem.names and known is not None:
-            index = problem.names.index(name)
+            row, index = SHIFTING.index(QUANTITIES[name].name), problem.names.index(name)
             result[row] = inverse[:, index] * best.prior[index] * known[name]
     # A parameter that the record does not determine gets no limit from what is configured.
     low, high = problem.bounds()

@@ -19,6 +19,7 @@ from pneumo.configuration.priors import Accuracy
 from pneumo.errors import InputError
 from pneumo.fitting.least_squares import LeastSquares, Scale, Solution, solve
 from pneumo.fitting.on_signals import as_logged, leaked_volume, offsets, supply_at_valve, with_leak
+from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.valve_signal import behind_valve
 from pneumo.physics.cylinder import heat_area
@@ -32,6 +33,7 @@ from pneumo.quantities.table import (
     STARTS,
     STARTS_OF_ONE,
     VALVE,
+    VALVE_CURVE,
     start_name,
 )
 from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
@@ -60,15 +62,31 @@ def configured_value(plant: Plant, name: str) -> float:
     return attrgetter(start)(plant) if isinstance(start, str) else start
 
 
+def inapplicable(
+    name: str, plant: Plant, signals: StageSignals | Measurement, record: str = "the record"
+) -> str:
+    """Why one of `CHOICES` cannot be fitted to a record; empty if it can."""
+    column = signals.P_s is not None
+    absolute = "P_A" not in (signals.gauge if isinstance(signals, Measurement) else signals.zeros)
+    reasons = {
+        "P_s": f"{record} has the supply pressure as a column" * column,
+        "sag": f"{record} has the supply pressure as a column, which shows its sag" * column,
+        "offset_P_s": f"{record} has no column P_s" * (not column),
+        "P_atm": f"{record} has absolute pressures, which do not show it" * absolute,
+        "b": "the valve's flow is that of eq (1); give it by a section valve" * (not plant.gas.elliptic),
+        VALVE_CURVE: "the configuration has a curve; give C in its place" * bool(plant.valve.paths.knots),
+    }
+    return reasons.get(name, "")
+
+
 def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -> dict[str, Prior]:
     """Priors by name, for the `CONFIGURED` parameters that the full order fits.
 
-    They include b only for a valve by ISO 6358, and the supply pressure only where it was not measured. The
-    weight of a prior is (noise / (P_s deviation))^2, with the `noise` of the pressure sensors, Pa.
+    The weight of a prior is (noise / (P_s deviation))^2, with the `noise` of the pressure sensors, Pa.
     """
     result: dict[str, Prior] = {}
     for name in CONFIGURED:
-        if (name == "b" and not plant.gas.elliptic) or (name == "P_s" and signals.P_s is not None):
+        if inapplicable(name, plant, signals):
             continue
         configured = configured_value(plant, name)
         deviation = known[name] / LIMITS
@@ -212,7 +230,7 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
             B = pressures_of_sets(u, motions[-1:], lanes[rows], V_d[rows], of_B, *sets)[0, :, 1]
         P = np.stack([A, B], axis=1)
         result[rows] = as_logged(P, signals.period, value)
-    return result + np.array([offsets(value) for value in values])
+    return result + np.array([offsets(signals, value) for value in values])
 
 
 def _lane(problem: Problem, value: dict[str, float]) -> Lane:

@@ -14,7 +14,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.configuration.priors import Accuracy, accuracy
 from pneumo.fitting.circuits import circuit_text
-from pneumo.fitting.fit_problem import LIMITS, Problem, fit
+from pneumo.fitting.fit_problem import LIMITS, Problem, fit, inapplicable
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
 from pneumo.fitting.position_checks import stated, stated_volume_warnings
 from pneumo.fitting.residuals import Residual, residuals
@@ -189,12 +189,9 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], estimate: Estima
     """
     before = _coloured(split)
     explained: dict[str, tuple[float, str, tuple[str, ...]]] = {}
-    measured = problem.signals.P_s is not None
-    without = {*problem.also, "sag" if measured else "offset_P_s"}  # a measured supply shows its sag
-    causes: dict[str, tuple[str, ...]] = {name: (name,) for name in CAUSES if name not in without}
-    if not ({*CURVE} & {*problem.also} or problem.plant.valve.paths.knots):
-        causes[VALVE_CURVE] = CURVE
-    for cause, names in causes.items():
+    for cause, names in ({name: (name,) for name in CAUSES} | {VALVE_CURVE: CURVE}).items():
+        if {*names} & {*problem.also} or inapplicable(cause, problem.plant, problem.signals):
+            continue
         trial, start, enough = replace(problem, also=(*problem.also, *names)), None, EXPLAINED * before
         if cause == VALVE_CURVE:
             start = trial.inner(trial.values(trial.guess()) | estimate.values)

@@ -14,8 +14,9 @@ from pneumo.configuration.schema import Configuration, CylinderSection, ValveSec
 from pneumo.configuration.valve_conversions import CONVERSIONS
 from pneumo.errors import printable
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
+from pneumo.fitting.on_signals import offset
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.fitting.valve_signal import KNOTS, largest_command, valve_curve
+from pneumo.fitting.valve_signal import ROWS, largest_command, valve_curve
 from pneumo.physics.models import FULL_ORDER_WALLS
 from pneumo.quantities.table import CURVE, FULL_ORDER, QUANTITIES, STARTS, of_group
 from pneumo.statistics.intervals import Interval
@@ -76,11 +77,13 @@ def fitted_configuration(
         content["supply"] |= {"T_amb_K": _rounded(measured.T), "T_in_K": _rounded(measured.T)}
         notes.append(f"T = {measured.T:.2f} K, measured")
     if measured.P_s is not None:
-        off = estimates["offset_P_s"].value if "offset_P_s" in estimates else 0.0
-        supply = float(measured.P_s.mean()) - off
+        values = {name: interval.value for name, interval in estimates.items()}
+        off = offset(dict.fromkeys(measured.gauge, plant.conditions.P_atm), values, "P_s")
+        supply, varies = float(measured.P_s.mean()) - off, float(measured.P_s.std())
         content["supply"]["P_s_Pa"] = _rounded(supply)
         less = ", less its sensor's offset" if off else ""
-        notes.append(f"supply = {supply / 1e3:.4g} kPa, the mean of its record{less}")
+        text = f"supply = {supply / 1e3:.4g} kPa, the mean of its record{less}"
+        notes.append(f"{text}, which varies by {varies / 1e3:.2g} kPa: taken as constant")
     written = {name: estimates[name] for name in NOTED if name in estimates and name not in held}
     notes += _notes(section, written, plant, fit)
     # No valve acts before its command: less than a sample is the clock's.
@@ -101,6 +104,8 @@ def fitted_configuration(
         notes.append(f"not determined by the record, so as configured: {', '.join(kept)}")
     if zero:
         notes.append(f"may be zero, and taken so: {', '.join(zero)}")
+    # The pressure at which the wall has its k_0.
+    content["supply"]["P_0_per_P_s"] = plant.conditions.P_0 / content["supply"]["P_s_Pa"]
     content["cylinders"] = {cylinder: section}
     content["experiments"] = _experiments(content, configuration, cylinder, written.get("k_0"))
     content["run"] = content.get("run", {}) | {"experiments": list(content["experiments"])}
@@ -178,7 +183,8 @@ def _put_values(
     if written.keys() & {*DEAD_VOLUMES}:  # else one key could change both chambers
         section |= {keys[name][1]: getattr(plant.cylinder, name) for name in DEAD_VOLUMES}
     for name in dropped:
-        dynamics.pop(keys[name][1], None)
+        if QUANTITIES[name].start == 0:
+            sections.get(keys[name][0], {}).pop(keys[name][1], None)
     values = {name: interval.value for name, interval in written.items() if name not in dropped}
     if "A_B" in values:
         values["A_B"] = 1e3 * max(plant.cylinder.bore**2 - 4 * values["A_B"] / pi, 0.0) ** 0.5  # of the rod
@@ -216,8 +222,6 @@ def _put_valves(
             changed = section[key] = {"C_dm3_per_sbar": _rounded(times * valve.largest_C)} | rest
         if "exhaust" in fitted and "exhaust_C_dm3_per_sbar" not in (curve or {}):
             changed["exhaust_ratio"] = _rounded(exhaust * valve.exhaust_ratio)
-        if leak := fitted.get("valve_leak"):  # over the configured valve
-            changed["leak_dm3_per_sbar"] = _rounded(leak * sonic_conductance(plant.valve, plant.gas))
         if "b" in fitted:
             for name in {"b"} | ({"exhaust_b"} & changed.keys()):
                 changed[name] = _rounded(fitted["b"])
@@ -230,10 +234,10 @@ def _with_curve(
 ) -> dict[str, Any]:
     """Section of a valve with a fitted curve in place of C, up to u_max.
 
-    Rows are at the knots and between them, since the curve of the fit is no straight line there.
+    Its rows are those between which the fit has straight lines.
     """
     largest, u_max = largest_command(fit.fitted_commands, plant), plant.valve.u_max
-    parts = np.sort([*KNOTS, *(np.add(KNOTS[1:], KNOTS[:-1]) / 2), *([u_max / largest] * (largest < u_max))])
+    parts = np.array([*ROWS, *([u_max / largest] * (largest < u_max))])
     C = valve["C_dm3_per_sbar"] * largest / u_max * valve_curve(fitted, parts)
     rest = {key: value for key, value in valve.items() if key != "C_dm3_per_sbar"}
     columns = {"u_V": largest * parts, "C_dm3_per_sbar": C}

@@ -19,7 +19,7 @@ from pneumo.fitting.estimate import (
     ranked,
     split_of,
 )
-from pneumo.fitting.fit_problem import Problem, priors, with_causes
+from pneumo.fitting.fit_problem import Problem, inapplicable, priors, with_causes
 from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
 from pneumo.fitting.fit_warnings import disagreements, doubtful, fit_warnings, undetermined_notes
 from pneumo.fitting.held_out import held_out_warnings
@@ -73,8 +73,8 @@ def fit_measurement(
     Raises
     ------
     InputError
-        If a name in `also` is not in `CHOICES`, if it is the supply and that was measured, or if there are
-        names but the full order cannot be fitted.
+        If a name in `also` is not in `CHOICES` or does not apply to the record, or if there are names but the
+        full order cannot be fitted.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     has_full = m.m is None
@@ -92,7 +92,7 @@ def fit_measurement(
     estimates: dict[str, Estimate] = {}
     if has_full:
         judged, full = _full_order(judged, record, known)
-        estimates[FULL.name], off = full, offsets(full.values)
+        estimates[FULL.name], off = full, offsets(record, full.values)
         # Replayed pressures are better known than measured ones, unless the replay is far off.
         reference = (full.pressure if full.low else m.P) - off
         behind = with_causes(plant, full.values), opened(record, full.values)
@@ -188,21 +188,21 @@ def validation(
     return {name: prediction(*rows[name], fixed)[1] for name, fixed in values.items()}
 
 
-def fitted_too(also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics) -> tuple[str, ...]:
-    """Names of `CHOICES` that a user asks for, each once, and the dead band where one is configured."""
-    configured = ("dead_band",) if dynamics.dead_band and measurement.m is None else ()
-    return tuple(dict.fromkeys((*also, *configured)))
+def fitted_too(
+    also: Sequence[str], measurement: Measurement, dynamics: ValveDynamics, sag: float | None
+) -> tuple[str, ...]:
+    """Names of `CHOICES` that a user asks for, each once, and dead band and sag where they are configured."""
+    configured = {"dead_band": bool(dynamics.dead_band), "sag": bool(sag) and measurement.P_s is None}
+    added = [name for name, given in configured.items() if given and measurement.m is None]
+    return tuple(dict.fromkeys((*also, *added)))
 
 
 def _check_also(also: Sequence[str], measurement: Measurement, plant: Plant) -> None:
     """Raise an `InputError` for a quantity that cannot be fitted."""
     for unknown in (name for name in also if name not in CHOICES):
         raise InputError(f"--also {unknown}: must be one of {', '.join(CHOICES)}")
-    if "P_s" in also and measurement.P_s is not None:
-        raise InputError(f"--also P_s: {measurement.name} has the supply pressure as a column")
-    if "offset_P_s" in also and measurement.P_s is None:
-        raise InputError(f"--also offset_P_s: {measurement.name} has no column P_s")
-    if VALVE_CURVE in also and plant.valve.paths.knots:
-        raise InputError(f"--also {VALVE_CURVE}: the configuration has a curve; give C in its place")
+    for name in also:
+        if reason := inapplicable(name, plant, measurement, measurement.name):
+            raise InputError(f"--also {name}: {reason}")
     if also and measurement.m is not None:
         raise InputError(f"--also {also[0]}: needs the command u, in place of measured flows")

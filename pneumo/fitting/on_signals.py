@@ -3,6 +3,8 @@
 Inputs are command, supply and motion, outputs the pressures; `pneumo.quantities.applied` changes the plant.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy.signal import lfilter
 
@@ -29,12 +31,12 @@ def misread(signals: StageSignals, name: str, off: float) -> StageSignals:
 
 def opened(signals: StageSignals, values: dict[str, float]) -> StageSignals:
     """Signals for a reduced model: command behind the fitted valve, pressures less the fitted offsets."""
-    P_s = None if signals.P_s is None else signals.P_s - values.get("offset_P_s", 0.0)
+    P_s = None if signals.P_s is None else signals.P_s - offset(signals.zeros, values, "P_s")
     u = np.empty_like(signals.u)
     for first, last in signals.pieces:
         steps = slice(first * signals.stride, (last + 1) * signals.stride)
         u[steps] = behind_valve(signals.u[steps], signals.h, values, signals.largest)
-    return signals._replace(u=u, P=signals.P - offsets(values), P_s=P_s)
+    return signals._replace(u=u, P=signals.P - offsets(signals, values), P_s=P_s)
 
 
 def supply_at_valve(
@@ -44,7 +46,7 @@ def supply_at_valve(
 
     It falls by a fraction `sag` at the largest flow where `value` has one. None if it is as configured.
     """
-    measured = None if signals.P_s is None else signals.P_s - value.get("offset_P_s", 0.0)
+    measured = None if signals.P_s is None else signals.P_s - offset(signals.zeros, value, "P_s")
     if "sag" not in value:
         return measured
     upstream = plant.conditions.P_s if measured is None else measured
@@ -123,6 +125,13 @@ def as_logged(P: np.ndarray, period: float, value: dict[str, float]) -> np.ndarr
     return lagged(P, value.get("filter", 0.0), period)
 
 
-def offsets(value: dict[str, float]) -> np.ndarray:
-    """Fitted offsets of the pressure sensors, Pa, shape (chamber, 1); zero where none is fitted."""
-    return np.array([[value.get(f"offset_{side}", 0.0)] for side in "AB"])
+def offset(zeros: Mapping[str, float], values: Mapping[str, float], pressure: str) -> float:
+    """Fitted offset of the sensor of P_A, P_B or P_s, Pa; of a gauge, in `zeros`, with the atmosphere's."""
+    name = "offset_P_s" if pressure == "P_s" else pressure.replace("P", "offset")
+    off = values.get(name, 0.0)
+    return off + zeros[pressure] - values["P_atm"] if pressure in zeros and "P_atm" in values else off
+
+
+def offsets(signals: StageSignals, values: Mapping[str, float]) -> np.ndarray:
+    """Offsets of the sensors of both chambers, Pa, shape (chamber, 1); zero where none is fitted."""
+    return np.array([[offset(signals.zeros, values, f"P_{side}")] for side in "AB"])

@@ -5,8 +5,9 @@ in the position. Generalised cross-validation chooses the smoothing (Craven and 
 the cosine spectrum (Garcia 2010), where it is cheap.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +42,7 @@ class StageSignals(NamedTuple):
     flow: np.ndarray | None = None  # kg/s, where measured, by (step, stage, chamber); u then plays no role
     begins: tuple[int, ...] = (0,)  # first samples of several records, one after another
     largest: float = 1.0  # V, command at which a curve of the valve ends
+    zeros: Mapping[str, float] = MappingProxyType({})  # Pa, at which a gauge was taken to read 0, by pressure
 
     @property
     def stride(self) -> int:
@@ -150,4 +152,5 @@ def stage_signals(measurement: Measurement, plant: Plant, command: Sampling = HE
         P_s=None if m.P_s is None else np.interp(at, t, m.P_s),
         flow=None if m.m is None else np.stack([np.interp(at, t, side) for side in m.m], axis=-1),
         begins=m.begins,
+        zeros=dict.fromkeys(m.gauge, plant.conditions.P_atm),
     )

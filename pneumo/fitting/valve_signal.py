@@ -12,6 +12,8 @@ from pneumo.physics.valve_dynamics import ValveDynamics
 
 INSTANT = 1e-9  # s, in place of a lag of zero
 KNOTS = (0.0, 1 / 8, 1 / 4, 1 / 2, 1.0)  # of a fitted curve, over the largest command
+# Seven rows from a knot to the next, of the table of the curve: as many as a configuration may have.
+ROWS = np.interp(np.linspace(0, len(KNOTS) - 1, 7 * (len(KNOTS) - 1) + 1), range(len(KNOTS)), KNOTS)
 
 
 def lagged(signal: np.ndarray, lag: float, h: float) -> np.ndarray:
@@ -83,11 +85,12 @@ def largest_command(u: np.ndarray, plant: Plant) -> float:
 def valve_curve(valve: Mapping[str, float], part: np.ndarray) -> np.ndarray:
     """Conductance over that at the largest command, at commands that are `part` of the largest.
 
-    It is a monotone cubic spline, and beyond the largest command a line with the last slope between knots.
+    It has straight lines between rows of a monotone cubic spline, as the table in `fitted.yaml` has, and the
+    last slope between knots beyond the largest command.
     """
     rising = np.cumprod([1.0, valve["curve_half"], valve["curve_quarter"], valve["curve_eighth"], 0.0])
     slope = (1 - valve["curve_half"]) / (1 - KNOTS[-2])
-    inside = PchipInterpolator(KNOTS, rising[::-1])(np.minimum(part, 1.0))
+    inside = np.interp(part, ROWS, PchipInterpolator(KNOTS, rising[::-1])(ROWS))
     return inside + slope * np.maximum(part - 1, 0.0)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 from markupsafe import escape
@@ -20,7 +21,7 @@ from pneumo.arguments import listed, number
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import configured_dynamics, load, sonic_conductance, with_one_b
 from pneumo.configuration.parameters import study as in_SI
-from pneumo.configuration.priors import accuracy
+from pneumo.configuration.priors import accuracy, default_notes
 from pneumo.configuration.sampling import HELD, INTERPOLATED
 from pneumo.configuration.schema import Configuration
 from pneumo.equations.named_model import model_row
@@ -200,7 +201,7 @@ class RecordFit(RigFit):
 
     def save(self, folder: Path | str) -> None:
         """Write fit.html, fit.nc and fitted.yaml into a folder."""
-        self._save(Path(folder, "fit"), in_SI(self.configuration).config_sha256)
+        self._save(Path(folder, "fit"), in_SI(self.configuration, of_fit=True).config_sha256)
         write_text(self._fitted(), Path(folder, "fitted.yaml"))
 
 
@@ -251,7 +252,7 @@ def read_record(
         If the record cannot be read, or one of its values is impossible.
     """
     _check("x_from", x_from, ORIGINS)
-    plant = configured_plant(in_SI(_configuration(configuration)), cylinder, 1.0)
+    plant = configured_plant(in_SI(_configuration(configuration), of_fit=True), cylinder, 1.0)
     return read_measurement(record, plant, columns, from_end=x_from == "end", closed=closed)
 
 
@@ -306,7 +307,7 @@ def fit(
     reduced = [model_row(name).name for name in (MODELS if models is None else listed("models", models))]
     also = listed("also", also)
     configuration = _configuration(configuration)
-    configured = in_SI(configuration)
+    configured = in_SI(configuration, of_fit=True)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     k_0 = next((e.plant.k_0 for e in configured.experiments.values() if e.cylinder == named), 1.0)
     plant = with_one_b(configured_plant(configured, cylinder, k_0), configuration.cylinders[named])
@@ -335,16 +336,21 @@ def fit(
         if not trust:
             for file in records:
                 check_columns(file, plant, command=rule)
+        unmeasured = ["P_atm"] if "P_A" in measurement.gauge else []
+        unmeasured += [] if np.isfinite(measurement.T) else ["T_amb", "T_in"]
         result = fit_measurement(
             measurement,
             plant,
             reduced,
             command=rule,
             part=part,
-            also=fitted_too(also, measurement, configured_dynamics(configuration, named)),
-            known=accuracy(configuration, position_shown(measurement, plant), named),
+            also=fitted_too(
+                also, measurement, configured_dynamics(configuration, named), configuration.supply.sag
+            ),
+            known=accuracy(configuration, position_shown(measurement, plant), named, unmeasured),
             progress=progress,
         )
+        result = replace(result, notes=(*result.notes, *default_notes(configuration, unmeasured)))
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
         result = replace(result, C_per_k_xu=C_per_k_xu)

@@ -4,12 +4,13 @@ Fits, warnings, `fitted.yaml`, accuracies, studies, help and docs read these row
 "configured" are known within a stated accuracy, and are fitted within it, or freely where `Problem.also`
 names them. Those of the groups "cause" and "curve" are something that a user may have configured or connected
 wrongly, and are fitted only where `Problem.also` names them. Those of the group "unfitted" cannot be fitted
-beside the rest, and widen the intervals of the others. A row with a `field` acts on the plant, by
-`applied.with_values`; the others act on the signals. No numerics are imported here: help texts read the rows
-too.
+beside the rest, and widen the intervals of the others. The atmosphere is configured where sensors are gauge,
+and else unfitted. A row with a `field` acts on the plant, by `applied.with_values`; the others act on the
+signals. No numerics are imported here: help texts read the rows too.
 """
 
 from csv import DictReader
+from math import nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,9 +42,15 @@ class Quantity(NamedTuple):
     accuracy: float = 0.0  # half-width of the 95 % interval by default; 0: there is none
     relative: bool = False  # whether that is relative
     stated: tuple[str, ...] = ()  # keys of the configuration that state it, the first of them that is given
+    default: float = nan  # with which configurations begin, and that nobody may have measured
+    undetermined: float = 0.0  # accuracy of that default
     study_name: str = ""  # in studies and in the section `fitted`
     study_group: str = ""  # quantities that one measurement would settle together
     explanation: str = ""  # of a cause: sentence with its value and the configured one, in `shown_unit`
+
+
+def _half_width(text: str) -> float:
+    return float(text.removesuffix(PERCENT) or 0) / (100 if text.endswith(PERCENT) else 1)
 
 
 def _quantity(row: dict[str, str]) -> Quantity:
@@ -53,12 +60,12 @@ def _quantity(row: dict[str, str]) -> Quantity:
         "name": row["meaning"],
         "logarithmic": row["scale"] == "logarithmic",
         "start": start if not start or start[0].isalpha() else float(start),
-        "accuracy": float(row["accuracy"].removesuffix(PERCENT) or 0),
+        "accuracy": _half_width(row["accuracy"]),
         "relative": row["accuracy"].endswith(PERCENT),
         "stated": tuple(row["stated"].split()),
+        "default": float(row["default"] or nan),
+        "undetermined": _half_width(row["undetermined"]),
     }
-    if derived["relative"]:
-        derived["accuracy"] /= 100
     texts = {name: row[name] for name in row if name in Quantity._fields}
     return Quantity(**texts | numbers | derived)
 
@@ -94,7 +101,7 @@ PARAMETERS |= {
 }
 QUANTITIES |= PARAMETERS
 CAUSES = of_group("cause")
-CONFIGURED = of_group("configured")
+CONFIGURED = of_group("configured", "atmosphere")
 CURVE = of_group("curve")
 ALSO = (*CONFIGURED, *CAUSES, *CURVE)
 VALVE_CURVE = "valve_curve"  # for users: all of `CURVE`
@@ -102,7 +109,7 @@ CHOICES = (*CONFIGURED, *CAUSES, VALVE_CURVE)  # that users may have fitted too
 VALVE = of_group("valve")  # of the full order only; the reduced models take the valve's from its fit
 STARTS = of_group("start", "first temperature")
 REPORTED = tuple(name for name in PARAMETERS if name not in (*STARTS, *ALSO))
-UNFITTED = of_group("unfitted")
-SHIFTING = tuple(QUANTITIES[name].name for name in (*UNFITTED, *CONFIGURED))
+UNFITTED = of_group("unfitted", "atmosphere")
+SHIFTING = tuple(QUANTITIES[name].name for name in dict.fromkeys((*UNFITTED, *CONFIGURED)))
 STUDIED = {quantity.study_name: name for name, quantity in QUANTITIES.items() if quantity.study_name}
 GROUPS = ("valve", "dead volumes", "wall heat", "supply")  # of quantities of studies, in the order of tables

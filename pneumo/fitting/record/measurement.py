@@ -36,7 +36,7 @@ from pneumo.fitting.record.plausibility import (
     until_it_stops,
 )
 from pneumo.fitting.record.series import Series, series
-from pneumo.fitting.record.units import Surroundings
+from pneumo.fitting.record.units import Surroundings, gauge_zero
 
 SENSORS = ("x", "P_A", "P_B")
 FLOWS = ("m_A", "m_B")  # instead of u
@@ -71,6 +71,7 @@ class Measurement(NamedTuple):
     channels: tuple[str, ...] = ()  # how each channel was read, a line each
     events: tuple[Event, ...] = ()
     used: np.ndarray | None = None  # whether a fit compares each pressure, by (chamber, sample); None: all
+    gauge: tuple[str, ...] = ()  # pressures that were measured against the configured atmosphere
 
     @property
     def t(self) -> np.ndarray:
@@ -196,6 +197,7 @@ def read_measurement(
     if not closed:
         notes += above_supply(values["x"], P, plant.conditions.P_s if P_s is None else P_s, plant)
     ordered = [signals[quantity] for quantity in ORDER if quantity in signals]
+    gauges = tuple(s.quantity for s in ordered if s.quantity.startswith("P_") and "gauge" in s.text)
     return Measurement(
         name=str(path),
         period=period,
@@ -210,6 +212,7 @@ def read_measurement(
         channels=tuple(map(_line, ordered)),
         events=tuple(event for signal in ordered for event in events(signal, plant, grid[0])),
         used=used,
+        gauge=gauges if gauge_zero(around.P_atm) == around.P_atm else (),
     )
 
 
