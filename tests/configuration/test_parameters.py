@@ -17,7 +17,7 @@ from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation, to_json
 from pneumo.configuration.parameters import load, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
-from pneumo.configuration.priors import accuracy, conversion_notes, uncertainties
+from pneumo.configuration.priors import accuracy, conversion_notes, default_notes, uncertainties
 from pneumo.configuration.schema_parts import merged
 from pneumo.errors import ConfigurationError
 from pneumo.physics.cylinder import heat_area
@@ -282,6 +282,18 @@ def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
     again = validated(after.model_dump(exclude_unset=True), ())
     assert again.model_dump() == after.model_dump() and accuracy(again) == accuracy(after)
     assert (accuracy(again)["b"], accuracy(again)["stroke"]) == pytest.approx((0.05, 2e-4))
+
+
+def test_a_default_that_nobody_stated_is_known_less_well_where_the_record_does_not_show_it(tmp_path):
+    stated = tmp_path / "stated.yaml"
+    stated.write_text("supply: {P_atm_Pa: 101325 ± 200, T_amb_K: 293.15, T_in_K: 294}", encoding="utf-8")
+    unmeasured = "P_atm", "T_amb", "T_in"
+    template, mine = (accuracy(load(TEMPLATE, *files), unmeasured=unmeasured) for files in ((), (stated,)))
+    assert [template[name] for name in unmeasured] == [0.26, 10.0, 10.0]  # 75 kPa at the least
+    assert [mine[name] for name in unmeasured] == pytest.approx([200 / 101325, 10.0, 3.0])
+    assert accuracy(load(TEMPLATE)) == accuracy()  # the record has them
+    (note,) = default_notes(load(TEMPLATE, stated), unmeasured)
+    assert "T_amb = 293.15 ± 10 K; state supply.T_amb_K with ±" in note and "P_atm" not in note
 
 
 def test_each_stated_uncertainty_is_in_the_unit_that_a_fit_takes(tmp_path):

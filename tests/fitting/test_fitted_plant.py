@@ -59,3 +59,31 @@ def test_the_file_of_a_fit_follows_a_new_run(name, tmp_path):
     signals = stage_signals(measurement, plant)
     _, errors = prediction(FULL._replace(wall=wall), plant, signals, values)
     assert errors.max() < WITHIN
+
+
+@pytest.mark.slow
+def test_gauges_at_1550_m_show_the_atmosphere_to_a_fit_that_believes_in_the_sea_level_s(tmp_path):
+    """Readings and supply begin at 84 kPa: five of five truths were outside their intervals."""
+    believed = configured_plant(study(load(TEMPLATE)))
+    P_atm, h, fine = 84e3, 1e-3, 5
+    conditions = believed.conditions._replace(P_atm=P_atm, P_s=6e5 + P_atm)
+    valve = believed.valve._replace(k_xu=1.1 * believed.valve.k_xu)
+    rig = believed._replace(k_0=0.3, conditions=conditions, valve=valve)
+    rng = np.random.default_rng(6)
+    u = np.repeat(rng.choice([-10.0, -6.0, -3.0, 3.0, 6.0, 10.0], 40), 100)
+    run = pneumo.simulate(rig, h / fine, command=np.repeat(u, fine))
+    record = pd.DataFrame({"t_s": run.t, "u_V": run.u, "x_m": run.x})[::fine]
+    for name in ("P_A", "P_B"):
+        record[f"{name}_kPa(g)"] = 1e-3 * (
+            getattr(run, name)[::fine] - P_atm + rng.normal(0.0, 700.0, len(record))
+        )
+    fit = pneumo.fit(record, TEMPLATE, models=[])
+    assert fit.measurement.gauge == ("P_A", "P_B") and not fit.warnings
+    found, c = fit.result.estimates("full"), rig.cylinder
+    truth = {"P_atm": P_atm, "P_s": conditions.P_s, "k_0": 0.3, "k_xu": valve.k_xu, "V_d_A": c.V_d_A}
+    assert {
+        name: found[name].low < value < found[name].high for name, value in truth.items()
+    } == dict.fromkeys(truth, True)
+    assert found["P_atm"].high - found["P_atm"].low < 1e3
+    fit.save(tmp_path / "fitted")
+    assert load(tmp_path / "fitted/fitted.yaml").supply.P_atm_Pa == pytest.approx(P_atm, rel=5e-3)
