@@ -127,7 +127,10 @@ def rig_quantities() -> str:
 
 def symbols() -> str:
     """The notation of what is stored and drawn."""
-    rows = ([f"`{name}`", f"${s.latex}$", s.unit, s.long_name] for name, s in SYMBOLS.items())
+    rows = (
+        [f"`{name}`", f"${s.latex}$", s.unit.replace("-1", "⁻¹").replace("2", "²"), s.long_name]
+        for name, s in SYMBOLS.items()
+    )
     return table(["name", "symbol", "unit", "meaning"], rows)
 
 
