@@ -32,18 +32,11 @@ GROUPED = {  # numbers with thousands separators, by decimal sign
     ".": re.compile(rf"[+-]?\d{{1,3}}([,' {SPACES}]\d{{3}})+(\.\d*)?"),
     ",": re.compile(rf"[+-]?\d{{1,3}}([.' {SPACES}]\d{{3}})+(,\d*)?"),
 }
-SCOPE = {"netid", "port", "sampletime[ms]", "symbolname", "data-type"}  # labels of TwinCAT Scope's header
+SCOPE = {"netid", "port", "sampletimems", "symbolname", "datatype"}  # labels of TwinCAT Scope's header
 INSPECTOR = re.compile(r"(Unit|Interp|Type|BlockPath|PortIndex|Enum|Complexity|SignalID):\s*(.*)")
 NO_NUMBERS = {"nan", "null", "none", "inf", "qnan", "ind"}
 HELD = {"zoh": True, "linear": False}
-NAMES = {
-    "label",
-    "labels",
-    "name",
-    "names",
-    "tracename",
-    "channelname",
-}  # rows of oscilloscopes, by their label
+NAMES = {"label", "labels", "name", "names", "tracename", "channelname"}  # labels of rows
 UNITS = {"unit", "units", "verticalunits", "vunit"}
 SETTING = re.compile(  # "tInc = 1e-3", "Sample rate: 1 kHz"
     r"\s*(?P<name>[^\W\d][^=:]*?)\s*[=:]\s*(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>[A-Za-zµ/]*)\s*"
@@ -94,7 +87,7 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
         lines = re.split(r"\r*\n", head.decode(encoding))
     table = _first_sample(path, lines)
     above = lines[: table.line]
-    header = _scope_header(above, table) or _header(path, above, table)
+    header = _header(path, above, table)
     columns = _columns(path, content, table, len(header), encoding)
     named = zip(header, columns, strict=False)
     channels = table_channels(
@@ -234,7 +227,7 @@ def _decimal(cells: Sequence[str]) -> str:
 
 def _header(path: Path, above: Sequence[str], table: _Table) -> list[Channel]:
     """Channels without values: names, and units and rules from rows between names and numbers."""
-    rows, labels, halves = list[list[str]](), dict[str, list[str]](), False
+    rows, inspector, halves = list[list[str]](), dict[str, list[str]](), False
     # Spaces part names last: they are within names more often than other separators.
     separators = sorted(dict.fromkeys((table.separator, *SEPARATORS[:3])), key=lambda s: s == " ")
     for line in above:
@@ -243,7 +236,7 @@ def _header(path: Path, above: Sequence[str], table: _Table) -> list[Channel]:
         matches = [INSPECTOR.fullmatch(field) for field in splits[0]]
         label = next((match[1] for match in matches if match), "")
         if label and all(match or not field for match, field in zip(matches, splits[0], strict=True)):
-            labels[label] = [match[2] if match else "" for match in matches]
+            inspector[letters(label)] = [match[2] if match else "" for match in matches]
         else:
             # One more than numbers: a column of comments may be left out below.
             shorter = (_without_settings(fields, table.width) for fields in splits)
@@ -254,29 +247,35 @@ def _header(path: Path, above: Sequence[str], table: _Table) -> list[Channel]:
             half = table.width // 2
             remedy = f"one has {half}: decimal commas and commas between columns? export with semicolons"
         raise InputError(f"{path}: no row of {table.width} names above the numbers: {remedy}")
-    below = [plain_unit(field) for field in rows[-1]]
+    by_label = {letters(row[0]): _entries(row) for row in rows} | inspector
+    below = list(map(plain_unit, _entries(rows[-1])))
     has_units = len(rows) > 1 and 2 * sum(map(is_unit, below)) >= sum(map(bool, below))
     fields = rows[-2] if has_units else rows[-1]
-    by_label = {letters(row[0]): row for row in rows}
-    labels_of = next((by_label[key] for key in by_label.keys() & NAMES if by_label[key] is not fields), [])
-    units_of = next((by_label[key] for key in by_label.keys() & UNITS if by_label[key] is not rows[-1]), [])
+    scope = len(SCOPE & by_label.keys()) > 1
+    named = NAMES & by_label.keys() - (set() if scope else {letters(fields[0])})
+    labels_of = next((by_label[key] for key in named), [])
+    units_of = next((by_label[key] for key in UNITS & by_label.keys() - {letters(rows[-1][0])}), [])
     if labels_of and not is_time(fields[0]):  # rows of settings only
-        fields, has_units = ["", *labels_of[1:]], has_units and not units_of
-    names = [field or f"column {number + 1}" for number, field in enumerate(fields)]
+        fields, has_units = labels_of, has_units and not units_of
+    unnamed = "Time" if scope else "column {}"
+    names = [field or unnamed.format(number) for number, field in enumerate(fields, start=1)]
     names = ["Time" if STAMP.fullmatch(name) else name for name in names]
-    time_unit = "s" if labels else next((TIME_UNITS[n.lower()] for n in names if n.lower() in TIME_UNITS), "")
+    time_unit = next((TIME_UNITS[n.lower()] for n in names if n.lower() in TIME_UNITS), "")
+    time_unit = "s" if inspector else "ms" if scope else time_unit
     time_unit = time_unit or next(iter(re.findall(r"(?i)horizontal units?\W+(\w+)", "\n".join(above))), "")
-    units = (
-        below
-        if has_units
-        else list(map(plain_unit, ["", *units_of[1:]] if units_of else labels.get("Unit", [])))
-    )
-    held = map(HELD.get, labels.get("Interp", []))
-    described = islice(zip_longest(names, units, held, ["", *labels_of[1:]]), len(names))
+    units = below if has_units else map(plain_unit, units_of)
+    held = map(HELD.get, by_label.get("interp", []))
+    described = islice(zip_longest(names, units, held, labels_of), len(names))
+    made = [(label or name, unit or "", rule, name if label else "") for name, unit, rule, label in described]
     return [
-        _column(label or name, unit or "", time_unit, rule)._replace(other=name if label else "")
-        for name, unit, rule, label in described
+        Channel(name, np.empty(0), unit or (time_unit if is_time(name) else ""), held=rule, other=other)
+        for name, unit, rule, other in made
     ]
+
+
+def _entries(row: list[str]) -> list[str]:
+    """Fields of a row whose label names it, empty where the label is, as for TwinCAT's columns of times."""
+    return ["" if field == row[0] else field for field in row] if letters(row[0]) in NAMES | UNITS else row
 
 
 def _without_settings(fields: list[str], width: int) -> list[str]:
@@ -285,23 +284,6 @@ def _without_settings(fields: list[str], width: int) -> list[str]:
     while end > width and (fields[end - 1].lower() in ("start", "increment") or _is_number(fields[end - 1])):
         end -= 1
     return fields[:end]
-
-
-def _column(name: str, unit: str, time_unit: str, held: bool | None = None) -> Channel:
-    return Channel(name, np.empty(0), unit or (time_unit if is_time(name) else ""), held=held)
-
-
-def _scope_header(above: Sequence[str], table: _Table) -> list[Channel]:
-    """Header of TwinCAT Scope's export: a column of labels, then times, for each of texts, then values."""
-    fields = [_fields(line, table.separator) for line in above]
-    rows = {row[0].lower(): row for row in fields if len(row) > 1}
-    if len(SCOPE & {*rows}) < 2 or "name" not in rows:
-        return []
-    units = rows.get("unit", [])
-    labels = [rows["name"][0], *units[:1]]
-    names = ["Time" if name in labels else name or f"column {k + 1}" for k, name in enumerate(rows["name"])]
-    described = islice(zip_longest(names, units, fillvalue=""), len(names))
-    return [_column(name, "" if unit in labels else unit, "ms") for name, unit in described]
 
 
 def _columns(path: Path, content: bytes, table: _Table, count: int, encoding: str) -> list[np.ndarray]:
