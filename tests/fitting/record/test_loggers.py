@@ -278,3 +278,8 @@ def test_wide_tables_are_refused_at_once(tmp_path):
     book.save(tmp_path / "wide.xlsx")
     with pytest.raises(InputError, match="3000 columns: must be at most 2000"):
         read_measurement(tmp_path / "wide.xlsx", written.plant())
+    sparse = openpyxl.Workbook()
+    sparse.worksheets[0].cell(1_048_576, 100, 1.5)  # 10^8 empty cells in a few kB
+    sparse.save(tmp_path / "sparse.xlsx")
+    with pytest.raises(InputError, match="cells: must be at most 3000000"):
+        read_measurement(tmp_path / "sparse.xlsx", written.plant())
