@@ -249,7 +249,7 @@ class Run(NamedTuple):
             for s in strokes[:MOST_STROKES]
         ]
         lines += [f"... and {len(strokes) - MOST_STROKES} more"] if len(strokes) > MOST_STROKES else []
-        lines += [] if strokes else [f"x from {1e3 * self.x.min():.4g} to {1e3 * self.x.max():.4g} mm"]
+        lines += [] if strokes else [f"x: {1e3 * self.x.min():.4g} to {1e3 * self.x.max():.4g} mm"]
         for side in "AB":
             P, T = getattr(self, f"P_{side}") / 1e5, getattr(self, f"T_{side}")
             pressures = f"chamber {side}: {np.min(P):.4g} to {np.max(P):.4g} bar absolute"

@@ -168,7 +168,7 @@ def test_a_file_with_valve_dynamics_moves_as_they_say_and_keeps_its_command(insi
     at_once = simulate(pneumo.load_plant(file), H, command=command, start="vented")
     assert 0 < np.ptp(run.x) < 0.9 * np.ptp(at_once.x)
     code, out, told = inside("simulate", "my.yaml", "--command", 0.35)
-    assert code == 0 and "x from -80 to -80 mm" in out and not told
+    assert code == 0 and "x: -80 to -80 mm" in out and not told
     code, out, told = inside("simulate", "my.yaml", "--reference", 10)
     assert code == 2 and not out and told.startswith("pneumo: valve_dynamics: ") and told.count("\n") == 1
     assert "in the runs of `study` the valve follows at once" in inside("check", "my.yaml")[1]

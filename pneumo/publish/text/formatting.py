@@ -77,5 +77,8 @@ def table_html(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), caption
 
 
 def lines_html(shown: object) -> str:
-    """Table of an object's text for notebooks: a row for each line, cut at its colon."""
-    return table_html(line.split(": ", 1) for line in repr(shown).splitlines())
+    """Table of an object's text for notebooks: a row for each line, cut at its colon, below the first."""
+    first, *lines = repr(shown).splitlines()
+    if not lines:
+        return table_html([first.split(": ", 1)])
+    return table_html((line.split(": ", 1) for line in lines), caption=first)
