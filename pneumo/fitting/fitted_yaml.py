@@ -104,8 +104,11 @@ def fitted_configuration(
         notes.append(f"not determined by the record, so as configured: {', '.join(kept)}")
     if zero:
         notes.append(f"may be zero, and taken so: {', '.join(zero)}")
-    # The pressure at which the wall has its k_0.
-    content["supply"]["P_0_per_P_s"] = plant.conditions.P_0 / content["supply"]["P_s_Pa"]
+    # The wall keeps the pressure at which it has its k_0, which half-bridge would change with the supply.
+    P_s = content["supply"]["P_s_Pa"]
+    P_0_per_P_s = plant.conditions.P_0 / (plant.conditions.P_s if isinstance(P_s, str) else P_s)
+    if P_0_per_P_s < 1:
+        content["supply"]["P_0_per_P_s"] = P_0_per_P_s
     content["cylinders"] = {cylinder: section}
     content["experiments"] = _experiments(content, configuration, cylinder, written.get("k_0"))
     content["run"] = content.get("run", {}) | {"experiments": list(content["experiments"])}

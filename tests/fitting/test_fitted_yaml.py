@@ -15,7 +15,6 @@ from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.physics.models import wall_law
 from pneumo.physics.valve import chamber_flows
-from pneumo.publish.text.terminal_tables import rig_rows
 from pneumo.quantities.table import REPORTED
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
@@ -189,32 +188,18 @@ def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_p
 def test_a_coefficient_gives_way_to_k_0_and_a_measured_temperature_is_kept(mine, tmp_path):
     other = tmp_path / "other.yaml"
     content = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
+    content["supply"]["P_s_Pa"] = "700000 ± 2 %"
     content["experiments"]["open"] |= {"lambda_0_W_per_m2K": 40.0}
     del content["experiments"]["open"]["k_0_W_per_K"]
     content["run"]["experiments"] = ["open"]
     content["name"] = "a" * 40
     other.write_text(yaml.safe_dump(content))
+    assert "700000.0 ± 2.0 %" in written(found(), "mine", mine, other)
     result = read(written(found(), "mine", mine, other, T=301.25, P_s=np.array([6.4e5, 6.6e5])), tmp_path)[1]
     assert list(result.experiments) == ["open"] and len(result.name) == 40
     plant = result.experiments["open"].plant
     assert plant.k_0 == pytest.approx(VALUES["k_0"], rel=1e-5)
     assert plant.conditions.T_amb == plant.conditions.T_in == 301.25 and plant.conditions.P_s == 6.5e5
-
-
-def test_what_was_fitted_too_goes_into_its_key_or_is_said_and_shown(mine, tmp_path):
-    values = VALUES | {"P_s": 6.5e5, "exhaust": 0.75, "offset_A": 8e3}
-    valve = {"lag": 2e-3, "dead_time": 1e-3, "null": 0.1}
-    both = ({name: factor * value for name, value in (values | valve).items()} for factor in (0.9, 1.1))
-    full = Estimate(values | valve, *both, np.zeros(2), np.zeros(2), np.zeros((2, SAMPLES)))
-    fit = found(full=full, also=("P_s", "exhaust", "offset_A"))
-    text = written(fit, "mine", mine, TEMPLATE)
-    configuration, result = read(text, tmp_path)
-    assert configuration.cylinders["mine"].valve.exhaust_ratio == 0.75
-    assert result.experiments["open"].plant.conditions.P_s == 6.5e5
-    assert "offset P_A = 8 (7.2 to 8.8) kPa, of the record's sensor" in text and "no key for" not in text
-    shown = {heading: value for heading, _, value, *_ in rig_rows(fit)}
-    assert shown["supply (kPa)"] == "650 (585 to 715)" and shown["lag (ms)"] == "2 (1.8 to 2.2)"
-    assert shown["offset P_A (kPa)"] == "8 (7.2 to 8.8)" and shown["exhaust ratio"] == "0.75 (0.675 to 0.825)"
 
 
 @pytest.mark.parametrize(

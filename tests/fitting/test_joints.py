@@ -24,7 +24,7 @@ from pneumo.selection.plants import configured_plant
 H, SAMPLES = 2.5e-4, 2000
 T = H * np.arange(SAMPLES)
 U = 1.2 * np.sin(30 * T) + 1.2 * np.sin(60 * T)  # V, with the piston between its stops
-WITHIN = 100.0  # Pa, at each joint: a tenth of a sensor's noise
+WITHIN = 50.0  # Pa, at each joint: a twentieth of the noise of a sensor
 CONTENT = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
 CONTENT["cylinders"]["mine"]["coulomb_N"] = 0.0  # runs and exports end its sticking at another instant
 CONFIGURATION = Configuration.model_validate(CONTENT)
