@@ -1,5 +1,7 @@
 """Models by name, with their polytropic index."""
 
+from typing import Any
+
 from pneumo.arguments import number
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, shown
@@ -14,11 +16,12 @@ def model_row(model: Model | str, *others: str) -> Model:
 
     `InputError` if there is no such name; `others` are names beside those of models, for its text.
     """
-    if isinstance(model, Model):
-        return model
-    if not isinstance(model, str) or model not in MODELS:
+    given: Any = model  # callers without a type checker give anything
+    if isinstance(given, Model):
+        return given
+    if not isinstance(given, str) or given not in MODELS:
         raise InputError(f"model {shown(model)}: no such model; there are {', '.join((*MODELS, *others))}")
-    return MODELS[model]
+    return MODELS[given]
 
 
 def model_and_index(model: Model | str, n: float | None, *others: str) -> tuple[Model, float]:

@@ -214,7 +214,8 @@ def _put_valves(
         keys = ((key, getattr(given, key)) for key in section["valve"])
         section["valve_B"] = {key: value for key, value in keys if value is not None}
     for key in section.keys() & {"valve", "valve_B"}:
-        changed, curve, valve = section[key], section[key].get("curve"), getattr(before, key) or before.valve
+        changed, curve = section[key], section[key].get("curve")
+        valve: ValveSection = getattr(before, key) or before.valve
         times = flow * (fitted.get("C_B", 1.0) if key == "valve_B" else 1.0)
         if curve:
             for column in curve.keys() - {"u_V"}:

@@ -12,7 +12,7 @@ signals. No numerics are imported here: help texts read the rows too.
 from csv import DictReader
 from math import nan
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pneumo.physics.models import FULL
 
@@ -34,9 +34,8 @@ class Quantity(NamedTuple):
     high: float = 0.0
     times: str = ""  # field of the plant, or A_q0, the wall's area in mid-stroke
     logarithmic: bool = False  # scale of search and interval
-    start: float | str = (
-        ""  # value, field of the plant, or "catalogue" or "record": `fit_problem` computes these
-    )
+    # Value, field of the plant, or "catalogue" or "record", which `fit_problem` computes.
+    start: float | str = ""
     field: str = ""  # of the plant, as "valve.k_xu"
     key: str = ""  # of the configuration, below its section
     accuracy: float = 0.0  # half-width of the 95 % interval by default; 0: there is none
@@ -56,7 +55,7 @@ def _half_width(text: str) -> float:
 def _quantity(row: dict[str, str]) -> Quantity:
     numbers = {name: float(row[name] or 0) for name in ("factor", "low", "high")}
     start = row["start"] or row["field"]
-    derived = {
+    derived: dict[str, Any] = {
         "name": row["meaning"],
         "logarithmic": row["scale"] == "logarithmic",
         "start": start if not start or start[0].isalpha() else float(start),
