@@ -215,7 +215,7 @@ def _put_valves(
         section["valve_B"] = {key: value for key, value in keys if value is not None}
     for key in section.keys() & {"valve", "valve_B"}:
         changed, curve = section[key], section[key].get("curve")
-        valve: ValveSection = getattr(before, key) or before.valve
+        valve: Any = getattr(before, key) or before.valve  # the key's own, or the one of both chambers
         times = flow * (fitted.get("C_B", 1.0) if key == "valve_B" else 1.0)
         if curve:
             for column in curve.keys() - {"u_V"}:

@@ -55,7 +55,7 @@ def _half_width(text: str) -> float:
 def _quantity(row: dict[str, str]) -> Quantity:
     numbers = {name: float(row[name] or 0) for name in ("factor", "low", "high")}
     start = row["start"] or row["field"]
-    derived: dict[str, Any] = {
+    derived = {
         "name": row["meaning"],
         "logarithmic": row["scale"] == "logarithmic",
         "start": start if not start or start[0].isalpha() else float(start),
@@ -65,8 +65,10 @@ def _quantity(row: dict[str, str]) -> Quantity:
         "default": float(row["default"] or nan),
         "undetermined": _half_width(row["undetermined"]),
     }
-    texts = {name: row[name] for name in row if name in Quantity._fields}
-    return Quantity(**texts | numbers | derived)
+    values: dict[str, Any] = {name: row[name] for name in row if name in Quantity._fields}
+    values.update(numbers)
+    values.update(derived)
+    return Quantity(**values)
 
 
 with Path(__file__).with_name("quantities.csv").open(encoding="utf-8", newline="") as _file:
