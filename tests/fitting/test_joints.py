@@ -32,7 +32,7 @@ RIG = configured_plant(study(CONFIGURATION))
 OF_RIG = {"k_0": 0.5, "k_xu": 1.2 * RIG.valve.k_xu, "V_d_A": 6e-6, "V_d_B": 8e-6}
 VALVE = {"lag": 4e-3, "dead_time": 3e-3, "null": 0.3}
 GROUPS = {
-    "rig": OF_RIG | {"b": 0.4, "P_s": 6.8e5, "exhaust": 0.8, "T_in": 285.0, "P_atm": 9.5e4, "A_B": 4.3e-4},
+    "rig": OF_RIG | {"b": 0.2, "P_s": 7.3e5, "exhaust": 0.8, "T_in": 285.0, "P_atm": 9.5e4, "A_B": 4.3e-4},
     "valve": OF_RIG | VALVE | {"dead_band": 0.4, "C_B": 0.9},
     "curve": OF_RIG | {"curve_half": 0.6, "curve_quarter": 0.4, "curve_eighth": 0.3, "C_B": 0.9},
 }
