@@ -132,7 +132,10 @@ def output_of_readme() -> str:
 def places(rows: Sequence[dict[str, Any]]) -> str:
     """Table with a row for each table and figure of the paper of which numbers were judged."""
     others = (MISPRINT, EXPLAINED, UNEXPLAINED)
-    lines = ["||agree|" + "|".join(others) + "|largest deviation|fitted choices|", "|---" * 7 + "|"]
+    lines = [
+        "||agree or scatter|" + "|".join(others) + "|largest deviation|fitted choices|",
+        "|---" * 7 + "|",
+    ]
     for row in (row for row in rows if row["judged"]):
         counts = [str(row["statuses"].get(status, "")) for status in others]
         cells = [row["name"], f"{row['agree']} of {row['judged']}", *counts, deviation_text(row["deviation"])]

@@ -171,8 +171,9 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
     lines: list[str] = []
     after, lowest = budget.after_record, budget.rows[0].rms
     if lowest**2 > after**2 + NOISE**2:  # what a record gains, sensors show
-        change = f"{_kpa(after)} with the full order, not {_kpa(lowest)}"
-        lines.append(f"After one {RECORD:g} s record (`pneumo fit`): {change}.")
+        lines.append(
+            f"After one {RECORD:g} s record and `pneumo fit`: {_kpa(after)} if the full order holds."
+        )
     both = {row.model: (row.rms**2 + row.stroke**2) ** 0.5 for row in budget.rows}
     if not np.isnan(chosen.stroke) and chosen.model not in (best := _within(both)):
         other = budget.row(best[0])

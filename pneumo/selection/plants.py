@@ -88,7 +88,7 @@ def study_notes(study: Study) -> list[str]:
         force = c.A_A * (s.P_s - s.P_atm)
         notes.append(
             f"{name}: {size}: at most {force:.3g} N and, with its valve, about"
-            f" {p.speed:.3g} m/s at rest pressure, more from vented"
+            f" {p.speed:.3g} m/s with chamber A at rest pressure"
         )
         ratio = sonic_coefficient(p.gas.R, p.gas.gamma) / AIR.sonic_coefficient
         if p.gas.elliptic and abs(ratio - 1) > OTHER_GAS:
