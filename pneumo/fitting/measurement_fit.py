@@ -66,7 +66,7 @@ def fit_measurement(
         Names of `CHOICES` that are fitted without prior knowledge, with the full order; the reduced models
         then get the corrected plant and pressures.
     known
-        Accuracy of what is configured; by default that of `pneumo.configuration.parameters.accuracy`.
+        Accuracy of what is configured; by default that of `pneumo.configuration.priors.accuracy`.
     progress
         Is called with a line after each model.
 

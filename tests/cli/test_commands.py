@@ -32,7 +32,7 @@ def test_commands_that_compute_nothing_load_no_scipy(arguments):
 @pytest.mark.parametrize(
     ("arguments", "unneeded"),
     [
-        (["study", "c.yaml", "--seeds", "1"], {"matplotlib", "sympy", "scipy.signal"}),
+        (["study", "c.yaml", "--seeds", "1"], {"matplotlib", "sympy"}),
         (["simulate", "c.yaml"], {"matplotlib", "sympy", "scipy", "xarray", "pandas"}),
     ],
 )

@@ -43,7 +43,11 @@ def test_every_rule_watches_its_script_and_all_that_it_imports(monkeypatch):
         ("pneumo/catalogue/conductances.csv", "ranking_cells fleet_block replay", "datum figures"),
         ("pneumo/statistics/averages.py", "statistics verdict figures fleet_index", "settling datum replay"),
         ("pneumo/export/c_source.py", "", f"{SIMULATED} {JUDGED} verdict_2007 measured_air fleet_index"),
-        ("pneumo/fitting/estimate.py", "measured_air", f"{SIMULATED} {JUDGED} verdict_2007"),
+        (
+            "pneumo/fitting/estimate.py",
+            "measured_air ranking_cells",
+            f"settling datum replay {JUDGED} verdict_2007",
+        ),
         ("pneumo/cli/options.py", "", f"{SIMULATED} {JUDGED} measured_air fleet_index"),
         ("pneumo/publish/figures.mplstyle", "figures evidence_figure", f"{SIMULATED} statistics verdict"),
         ("pneumo/publish/pages/templates/page.css", "verdict report fleet_index", f"{SIMULATED} figures"),

@@ -60,7 +60,7 @@ def test_template_holds_every_key_and_right_options(with_options):
                 yield from keys_of(value)
 
     known = {key for path, _ in fields() for key in path} - {"NAME"}
-    of_fits = {"fitted", "quantities", "covariance", "error_kPa"}  # `pneumo fit` writes these
+    of_fits = {"fitted", "quantities", "covariance", "error_kPa", "sag"}  # `pneumo fit` writes these
     assert sorted(known - of_fits - set(keys_of(with_options))) == []
     # What excludes one another: the rest of one kind goes.
     mine, closed = with_options["cylinders"]["mine"], with_options["experiments"]["closed"]
