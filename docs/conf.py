@@ -59,7 +59,6 @@ myst_substitutions = {
     "symbols": fragments.symbols(),
     "fitted_parameters": fragments.fitted_parameters(),
     "record_formats": fragments.record_formats(),
-    "rig_quantities": fragments.rig_quantities(),
     "commands": fragments.commands(),
 }
 

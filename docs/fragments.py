@@ -15,7 +15,6 @@ from paper.study.text.markdown_tables import markdown_table as table
 from paper_verdict.errata import Erratum, read_errata
 from pneumo.cli.commands import app
 from pneumo.fitting.record.formats import FORMATS
-from pneumo.fitting.rig.rig_file import QUANTITIES, TEXTS, key
 from pneumo.physics.models import MODELS, Model
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.quantities.table import PARAMETERS, STARTS, STARTS_OF_ONE, VALVE_CURVE
@@ -108,21 +107,6 @@ def record_formats() -> str:
     """The formats of a record."""
     rows = [[form.name, ", ".join(form.suffixes) or "other", form.remark] for form in FORMATS]
     return table(["format", "file ending", "remark"], rows)
-
-
-def rig_quantities() -> str:
-    """What a rig's file may hold, from the rows that everything uses."""
-    texts = [[f"`{name}`", " or ".join(choices), choices[0], ""] for name, choices in TEXTS.items()]
-    rows = [
-        [
-            f"`{key(name)}`",
-            f"{q.low:g} to {q.high:g}",
-            "" if q.default is None else f"{q.default:g}",
-            q.meaning,
-        ]
-        for name, q in QUANTITIES.items()
-    ]
-    return table(["key", "allowed", "default", "meaning"], [*texts, *rows])
 
 
 def symbols() -> str:

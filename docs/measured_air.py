@@ -3,11 +3,12 @@
 import numpy as np
 import xarray as xr
 
-from paper.study.measured_air import EQ_7, LAWS_OF_WALL, NITROGEN
 from paper.study.text.markdown_tables import markdown_table as table
 from pneumo.physics.models import MODELS
 
 FULL = "full order"
+EQ_7 = "full order, eq (7)"
+NITROGEN = "nitrogen"
 CONSTANT_T = ["M1", "M2", "M3"]
 WITHOUT_WALL_HEAT = ["isothermal", "adiabatic", "free n"]
 CONSTANT_K = "wall heat, constant"
@@ -56,7 +57,7 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
     eq_6 = [
         name for name in air["model"].values if name in MODELS and MODELS[name].temperature == "polytropic"
     ]
-    spring = air["spring_held_out"].sel(chamber="A", wall=[LAWS_OF_WALL[0], LAWS_OF_WALL[2]]) / 1e3
+    spring = air["spring_held_out"].sel(chamber="A", wall=["constant", "store beside the gas"]) / 1e3
     return {
         "hose": span(held.sel(case="pulses"), 1),
         "no_hose": span(held.sel(case="pulses, no hose"), 1),

@@ -38,7 +38,6 @@ from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
 
 RESULTS, STATIC = ROOT / "results", ROOT / "docs/static"
-FIGURES = ("measurements", "pulses", "vessel")  # copies of results/figures/
 
 Numbers = dict[str, dict[str, Any]]  # by page or source, then by name
 
@@ -230,9 +229,8 @@ def write() -> None:
 
 if __name__ == "__main__":
     write()
-    for name in FIGURES:
-        if (RESULTS / f"figures/{name}.svg").exists():
-            shutil.copyfile(RESULTS / f"figures/{name}.svg", STATIC / f"{name}.svg")
+    if (RESULTS / "figures/measurements.svg").exists():
+        shutil.copyfile(RESULTS / "figures/measurements.svg", STATIC / "measurements.svg")
     with tempfile.TemporaryDirectory() as scratch:
         budget = budget_counts.picture(xr.load_dataset(KEPT / "budget_test.nc"))
         shutil.copyfile(save(budget, Path(scratch, "budget"))[0], STATIC / "budget_test.svg")

@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from pneumo.notebook.model_study import ModelStudy as ModelStudy
     from pneumo.notebook.model_study import study as study
     from pneumo.notebook.record_fit import RecordFit as RecordFit
-    from pneumo.notebook.record_fit import RigFit as RigFit
     from pneumo.notebook.record_fit import fit as fit
     from pneumo.notebook.record_fit import read_record as read_record
-    from pneumo.notebook.record_fit import rig as rig
     from pneumo.physics.cylinder import Cylinder as Cylinder
     from pneumo.physics.models import MODELS as MODELS
     from pneumo.physics.models import Model as Model
@@ -55,7 +53,7 @@ _NAMES = {
     "linear.linear_model": "Linear linearise",
     "linear.observer": "Estimate ekf",
     "notebook.model_study": "ModelStudy study",
-    "notebook.record_fit": "RecordFit RigFit fit read_record rig",
+    "notebook.record_fit": "RecordFit fit read_record",
     "physics.cylinder": "Cylinder",
     "physics.models": "MODELS Model",
     "physics.valve": "Conditions Gas Valve",

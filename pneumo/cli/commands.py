@@ -12,7 +12,7 @@ from typer import Option
 
 from pneumo.cli import BROKEN_PIPE, INTERRUPTED
 from pneumo.cli.cylinder_commands import check, init, study
-from pneumo.cli.fit_commands import fit, rig, show
+from pneumo.cli.fit_commands import fit, show
 from pneumo.cli.model_commands import export, linearise, models
 from pneumo.cli.run_commands import live, simulate
 
@@ -22,7 +22,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for command in (init, check, simulate, study, show, fit, rig, linearise, export, models, live):
+for command in (init, check, simulate, study, show, fit, linearise, export, models, live):
     app.command()(command)
 
 CHECKOUT = Path(__file__).resolve().parents[2]

@@ -14,7 +14,7 @@ def as_spelt(names: Any) -> Any:
     from pneumo.errors import InputError
     from pneumo.physics.models import MODELS
 
-    spelt = {known.lower(): known for known in (*MODELS, "full", "full order")}
+    spelt = {known.lower(): known for known in (*MODELS, "full")}
     for name in [names] if isinstance(names, str) else names or ():
         if spelt.get(name.lower(), name) != name:
             raise InputError(f"model {name!r}: no such model, perhaps {spelt[name.lower()]}")

@@ -5,7 +5,7 @@ from pathlib import Path
 from cffi import FFI
 
 FOLDER = Path(__file__).parent
-SOURCES = ("full_order", "replay", "fitted", "network", "kalman")
+SOURCES = ("full_order", "replay", "fitted", "closed", "kalman")
 # No contraction of a * b + c, so that all processors compute the same bits; the other flags change no result:
 # they let square roots and selections become vector instructions.
 FLAGS = ["-std=c99", "-O3", "-g0", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]

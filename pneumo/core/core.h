@@ -19,8 +19,6 @@ typedef struct { bool closed_loop; double k_p, x_reverse; bool toggles, each_sta
 typedef struct { bool exact, held, next_at_end; double delay[3]; int64_t every; } Sampling;
 enum { STAGES = 6 }; /* of Dormand and Prince's method */
 typedef struct { double n_V, n_in, n_out, a, mixing, flow_scale, wall_scale, e_A, e_PT, full; } Lane;
-typedef struct { Lane lane; double P, T, P_0, T_0, T_wall, k_0, k_store, c_store, k_back; } Node;
-typedef struct { double first, second, b, back; } Link;
 typedef struct { double force, pressure, x_variance, pressure_variance; } Noise;
 typedef struct { bool estimates_k_0; Lane lane; } FilterModel;
 
@@ -81,9 +79,6 @@ void replay_sets(const double *u, const double *motions, int64_t n_motions, int6
 void replay_flows(const double *motion, const double *flow, int64_t steps, const Lane *lanes, int64_t count,
                   const double *V_d, int64_t stride, const Plant *plant, double h, double *pressure);
 
-void replay_network(const Node *nodes, int64_t count, const Link *links, int64_t n_links, const double *outside,
-                    int64_t n_outside, const double *V, const double *areas, const double *ratios, int64_t samples,
-                    const Gas *gas, double h, int64_t parts, double *work, double *states);
 void closed_chambers(const double *P, const double *measured, const bool *closed, const double *V,
                      const double *area_ratio, int64_t samples, double h, const double *start, double n,
                      const double *k, double e_A, double e_PT, double leak, double R, double gamma, double T_wall,

@@ -14,7 +14,7 @@ import xarray as xr
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.settings import AS_GOOD
 from pneumo.physics.models import Wall
-from pneumo.quantities.table import FULL_ORDER, QUANTITIES, SHIFTING, Quantity
+from pneumo.quantities.table import FULL_ORDER, QUANTITIES, SHIFTING
 from pneumo.statistics.intervals import Interval
 from pneumo.storage.files import attributes, write
 
@@ -94,13 +94,12 @@ def first_words(text: str) -> str:
 TITLES = {  # of files
     "cylinder": "Reduced models fitted to a measurement",
     "closed": "Thermal laws fitted to closed chambers",
-    "rig": "Models fitted to a rig",
 }
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitResult:
-    """Models fitted to a cylinder behind a servo-valve or to a rig, or thermal laws to closed chambers."""
+    """Models fitted to a cylinder behind a servo-valve, or thermal laws to closed chambers."""
 
     data: xr.Dataset  # from `fit_data`, the model with the lowest error on the part held out first
     notes: tuple[str, ...]  # remarks on the record, a sentence each
@@ -113,8 +112,7 @@ class FitResult:
     u_max: float = np.nan  # V, limit of the command
     wall: Wall = "lambda A_q"  # law of the full order's wall
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
-    quantities: Mapping[str, Quantity] = field(default_factory=lambda: QUANTITIES)  # names and units
-    of: Literal["cylinder", "closed", "rig"] = "cylinder"
+    of: Literal["cylinder", "closed"] = "cylinder"
 
     @property
     def models(self) -> list[str]:
@@ -194,7 +192,7 @@ class FitResult:
                 },
                 "parameters": {
                     name: {key: plain(end) for key, end in interval._asdict().items()}
-                    | {"unit": self.quantities[name].unit}
+                    | {"unit": QUANTITIES[name].unit}
                     for name, interval in self.estimates(model).items()
                 },
             }
@@ -218,59 +216,55 @@ class FitResult:
 def fit_data(
     measurement: Measurement, estimates: Mapping[str, Estimate], parameters: Sequence[str]
 ) -> xr.Dataset:
-    """Dataset of several fitted models, from `estimates_data`, and of the measured signals."""
-    m, chambers = measurement, ("chamber", "t")
-    flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
-    data = estimates_data(estimates, {name: QUANTITIES[name].unit for name in parameters})
-    driven = {"u": ("t", m.u)} if m.m is None else {"m": (chambers, m.m, flow)}
-    P = chambers, m.P, {"long_name": "measured absolute pressure"}
-    return data.assign_coords(t=m.t).assign({"P": P, **driven, "x": ("t", m.x)})
-
-
-def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) -> xr.Dataset:
-    """Dataset of several fitted models, in the order of `estimates`, with parameters in these `units`.
+    """Dataset of several fitted models, in the order of `estimates`, and of the measured signals.
 
     Estimates and intervals are by (model, parameter), shifts by (model, parameter, quantity), errors by
     (model, chamber), replayed pressures by (model, chamber, t).
     """
-    parameters, every = list(units), list(estimates.values())
+    m = measurement
+    every = list(estimates.values())
+    chambers = ("chamber", "t")
+    by_parameter = ("model", "parameter")
 
     def of_parameters(field: str, absent: Any = np.nan) -> np.ndarray:
         return np.array([[getattr(e, field).get(p, absent) for p in parameters] for e in every])
+
+    def marks(field: str) -> np.ndarray:
+        return np.array([[np.int8(p in getattr(e, field)) for p in parameters] for e in every])
 
     def errors(field: str, part: str) -> tuple[Any, ...]:
         about = {"long_name": f"root mean square error on the part {part}", "units": "Pa"}
         return ("model", "chamber"), np.array([getattr(e, field) for e in every]), about
 
-    by_parameter = ("model", "parameter")
-    numbers = {  # by name: field of `Estimate`, and meaning
-        "estimate": ("values", "estimate, in parameter_unit"),
-        "low": ("low", "lower end of the 95 per cent interval, in parameter_unit; NaN where open"),
-        "high": ("high", "upper end of the 95 per cent interval, in parameter_unit; NaN where open"),
-    }
-
-    def marks(field: str) -> np.ndarray:
-        return np.array([[np.int8(p in getattr(e, field)) for p in parameters] for e in every])
-
     data = xr.Dataset(
         {
-            **{
-                name: (by_parameter, of_parameters(field), {"long_name": text})
-                for name, (field, text) in numbers.items()
-            },
             "rms_fitted": errors("rms", "fitted"),
             "rms_held_out": errors("held_out", "held out"),
             "at_bound": (by_parameter, marks("at_bound"), {"long_name": "1: on a bound of the search"}),
             "held": (by_parameter, marks("held"), {"long_name": "1: as configured, the others fitted so"}),
-            "pressure": (("model", "chamber", "t"), np.array([e.pressure for e in every])),
+            "pressure": (("model", *chambers), np.array([e.pressure for e in every])),
+            "P": (chambers, m.P, {"long_name": "measured absolute pressure"}),
+            "x": ("t", m.x),
         },
         coords={
             "model": list(estimates),
-            "parameter": parameters,
-            "parameter_unit": ("parameter", list(units.values())),
-            "chamber": ["A", "B"][: len(every[0].rms)],
+            "parameter": list(parameters),
+            "parameter_unit": ("parameter", [QUANTITIES[name].unit for name in parameters]),
+            "chamber": ["A", "B"],
+            "t": m.t,
         },
     )
+    for name, of_estimate, text in (
+        ("estimate", "values", "estimate, in parameter_unit"),
+        ("low", "low", "lower end of the 95 per cent interval, in parameter_unit; NaN where open"),
+        ("high", "high", "upper end of the 95 per cent interval, in parameter_unit; NaN where open"),
+    ):
+        data[name] = by_parameter, of_parameters(of_estimate), {"long_name": text}
+    if m.m is None:
+        data["u"] = "t", m.u
+    else:
+        flow = {"long_name": "measured mass flow into the chamber", "units": "kg s-1"}
+        data["m"] = chambers, m.m, flow
     if any(e.moved for e in every):
         shifts = of_parameters("moved", np.full(len(SHIFTING), np.nan))
         about = {"long_name": "shift if a configured quantity is off by its accuracy, in parameter_unit"}
@@ -282,6 +276,6 @@ def estimates_data(estimates: Mapping[str, Estimate], units: Mapping[str, str]) 
     ):
         if any(getattr(e, name) for e in every):
             tables = [pd.DataFrame(getattr(e, name)).reindex(parameters, columns=parameters) for e in every]
-            data = data.assign_coords(other=parameters)
+            data = data.assign_coords(other=list(parameters))
             data[name] = (*by_parameter, "other"), np.array(tables), {"long_name": about}
     return data

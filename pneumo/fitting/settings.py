@@ -4,8 +4,6 @@
 LEVEL = 0.95  # of intervals
 PART = 0.6  # of a record that is fitted; the rest is held out
 MOST_STEPS = 60_000  # of the part fitted: a minute at 1 kHz; more tells no more and takes gigabytes
-PART_OF_RUNS = 0.25  # of a rig's pulses that are fitted
-FEW_POINTS = 200  # of a vessel's record, up to which every second point is held out in turn
 
 # Which models are as good as the best, and which intervals say enough.
 AS_GOOD = 1.05  # error on the part held out over the lowest, up to which models are equally good
@@ -35,12 +33,10 @@ CHANGED = 1.4
 EARLY = 0.1  # samples by which a valve may act before its command: no clock is better
 SURE = 2.0  # deviation of a stop over what the stated accuracies allow
 MOVED = 0.05  # of a dead volume, by which an error of the position moves it unsaid
-C_D = (0.7, 0.9)  # discharge coefficients that an orifice may have
 
 # When a cause is named.
 EXPLAINED = 0.5  # residual that is not noise with a cause over that without
 TIED = 1.5  # the same over that with the best cause, up to which both are named
-HOSE_HELPS = 0.7  # a rig's error with a hose over that without, below which one is there
 BETTER = 0.5  # error with a corrected column over that as given, below which a mistake is likely
 
 # Records of closed chambers.

@@ -4,7 +4,7 @@ Progress goes to the logger `pneumo`: `logging.basicConfig(level="INFO")` shows 
 """
 
 import logging
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -35,16 +35,12 @@ from pneumo.fitting.position_checks import position_shown
 from pneumo.fitting.record.columns import Columns
 from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement, read_measurement
-from pneumo.fitting.rig import rig_file
-from pneumo.fitting.rig.rig_fit import judged_models
-from pneumo.fitting.rig.rig_record import read_runs
-from pneumo.fitting.rig.rig_replay import RIG_MODELS
 from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS, PART
 from pneumo.notebook.export_model import export_model
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import pair_figure, residual_figure
 from pneumo.publish.pages.fit_page import fit_page
-from pneumo.quantities.table import FULL_ORDER
+from pneumo.quantities.table import FULL_ORDER, QUANTITIES
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import check_output, write_text
 
@@ -52,12 +48,18 @@ Record = Path | str | pd.DataFrame | xr.Dataset
 LOGGER = logging.getLogger("pneumo")
 
 
-@dataclass(frozen=True)
-class RigFit:
-    """Models fitted to a rig, from `pneumo.rig`."""
+@dataclass(frozen=True, repr=False)
+class RecordFit:
+    """Models fitted to a record, from `pneumo.fit`."""
 
     result: FitResult
     name: str  # of the record, or those of several, with commas
+    measurement: Measurement
+    plant: Plant  # as configured
+    configuration: Configuration
+    cylinder: str
+    command: Literal["held", "linear"]
+    x_from: Literal["mid", "end"] = "mid"
 
     @property
     def warnings(self) -> list[str]:
@@ -72,9 +74,8 @@ class RigFit:
     @cached_property
     def estimates(self) -> pd.DataFrame:
         """Estimates by (model, parameter), SI units: value, ends of the 95 per cent interval, unit."""
-        quantities = self.result.quantities
         rows = [
-            {"model": model, "parameter": name, **interval._asdict(), "unit": quantities[name].unit}
+            {"model": model, "parameter": name, **interval._asdict(), "unit": QUANTITIES[name].unit}
             for model in self.result.models
             for name, interval in self.result.estimates(model).items()
         ]
@@ -103,15 +104,6 @@ class RigFit:
         """Figure of measured and replayed pressures of the best model, with residuals."""
         return residual_figure(self.result)
 
-    def save(self, folder: Path | str) -> None:
-        """Write rig.html and rig.nc into a folder."""
-        self._save(Path(folder, "rig"), "none: a rig has a file of its own")
-
-    def _save(self, stem: Path, config_sha256: str) -> None:
-        check_output(stem.parent)
-        self.result.save(config_sha256, stem.with_suffix(".nc"))
-        write_text(fit_page(self.result, self._record), stem.with_suffix(".html"))
-
     @property
     def _record(self) -> str:
         return ", ".join(Path(name).name for name in self.name.split(", "))
@@ -126,7 +118,7 @@ class RigFit:
         ]
         lines = [f"fit of {self.name}: RMS error held out (kPa): {', '.join(errors)}"]
         for name, interval in list(result.estimates(result.model_of_rig).items())[:6]:
-            quantity = result.quantities[name]
+            quantity = QUANTITIES[name]
             shown = interval.scaled(quantity.factor)
             unit = f" {quantity.shown_unit}" if quantity.shown_unit else ""
             lines.append(f"  {quantity.heading} = {shown.value:.4g}{unit} ({shown.ends_text('.3g')})")
@@ -137,18 +129,6 @@ class RigFit:
         """Table of the estimates with warnings, for notebooks."""
         warnings = "".join(f"<p><strong>Warning:</strong> {escape(text)}</p>" for text in self.warnings)
         return warnings + self.estimates.to_html(float_format="{:.4g}".format)
-
-
-@dataclass(frozen=True, repr=False)
-class RecordFit(RigFit):
-    """Models fitted to a record, from `pneumo.fit`."""
-
-    measurement: Measurement
-    plant: Plant  # as configured
-    configuration: Configuration
-    cylinder: str
-    command: Literal["held", "linear"]
-    x_from: Literal["mid", "end"] = "mid"
 
     @property
     def correlation(self) -> pd.DataFrame:
@@ -201,7 +181,9 @@ class RecordFit(RigFit):
 
     def save(self, folder: Path | str) -> None:
         """Write fit.html, fit.nc and fitted.yaml into a folder."""
-        self._save(Path(folder, "fit"), in_SI(self.configuration, of_fit=True).config_sha256)
+        check_output(Path(folder))
+        self.result.save(in_SI(self.configuration, of_fit=True).config_sha256, Path(folder, "fit.nc"))
+        write_text(fit_page(self.result, self._record), Path(folder, "fit.html"))
         write_text(self._fitted(), Path(folder, "fitted.yaml"))
 
 
@@ -355,46 +337,3 @@ def fit(
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
         result = replace(result, C_per_k_xu=C_per_k_xu)
     return RecordFit(result, measurement.name, measurement, plant, configuration, named, command, x_from)
-
-
-def rig(
-    file: Path | str | Mapping[str, Any],
-    record: Record,
-    *,
-    models: Sequence[str] | None = None,
-    columns: Columns | None = None,
-    command: Literal["column", "edges"] = "column",
-    temperature: bool = False,
-    progress: Callable[[str], None] = LOGGER.info,
-) -> RigFit:
-    """Fit models to chambers behind an on/off valve, or to a vessel; `pneumo rig` does the same.
-
-    Parameters
-    ----------
-    file
-        YAML file of the rig, or its content: numbers, or [low, high] of what is fitted; the keys are in
-        {doc}`rig`.
-    record
-        File or table with t and P_A, for a chamber also x and u; optionally T, P_B.
-    models
-        Names of the models, by default all.
-    columns, progress
-        As in `pneumo.fit`.
-    command
-        Whether the column u is the valve's command, or the pressure's edges show it.
-    temperature
-        Whether measured gas temperatures are fitted too, and their lag.
-
-    Raises
-    ------
-    ConfigurationError, InputError
-        If the rig is wrong; if the record cannot be used, or an argument is none of those allowed.
-    """
-    _check("command", command, ("column", "edges"))
-    for name in listed("models", models or ()):
-        _check("model", name, RIG_MODELS)
-    known = rig_file.rig(file, "rig") if isinstance(file, Mapping) else rig_file.read_rig(Path(file))
-    runs = read_runs(record, known, columns, from_edges=command == "edges")
-    chosen = tuple(dict.fromkeys(models or RIG_MODELS))
-    name = str(record) if isinstance(record, Path | str) else "record"
-    return RigFit(judged_models(known, runs, chosen, temperature, progress), name)

@@ -1,7 +1,7 @@
-"""Synthetic records of the contract of fits, and what `pneumo fit` and `pneumo rig` find in them.
+"""Synthetic records of the contract of fits, and what `pneumo fit` finds in them.
 
-Cylinders come from the independent bench `benchmarks.bench_rig`, closed chambers from `closed_truth` and
-rigs from `independent_rig`, by SciPy. `python -m tests.contract.fit_cases` accepts the present results.
+Cylinders come from the independent bench `benchmarks.bench_rig`, closed chambers from `closed_truth`.
+`python -m tests.contract.fit_cases` accepts the present results.
 """
 
 import json
@@ -17,7 +17,6 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 
 from closed_truth import Truth, compressed, measured, moving, pressures  # noqa: E402
-from independent_rig import BORE, CLOSES, OF_B, OPENS, TRUTH, simulated  # noqa: E402
 
 from benchmarks.disturbances import DISTURBANCES  # noqa: E402
 from benchmarks.fit_bench import drawn_case, fitted  # noqa: E402
@@ -26,10 +25,6 @@ from pneumo.configuration.parameters import load, study  # noqa: E402
 from pneumo.errors import InputError  # noqa: E402
 from pneumo.fitting.closed.closed_fit import fit_closed  # noqa: E402
 from pneumo.fitting.fit_result import FitResult  # noqa: E402
-from pneumo.fitting.rig.rig_file import QUANTITIES, factor, key, rig  # noqa: E402
-from pneumo.fitting.rig.rig_fit import judged_models  # noqa: E402
-from pneumo.fitting.rig.rig_record import Points, pulses, vessel_run  # noqa: E402
-from pneumo.fitting.rig.rig_replay import run_errors  # noqa: E402
 from pneumo.selection.cylinder_template import TEMPLATE  # noqa: E402
 from pneumo.selection.plants import configured_plant  # noqa: E402
 
@@ -88,65 +83,6 @@ def closed(
     return _found(fit, of_sides | {"leak": truth.leak})
 
 
-OF_RIG = {
-    "bore_mm": 1e3 * BORE,
-    "dead_volume_mL": [1, 100],
-    "k_0_W_per_K": 0.5,
-    "valve_C_in_dm3_per_sbar": [0.1, 5],
-    "valve_C_out_dm3_per_sbar": [0.1, 5],
-    "valve_b": 0.5283,
-    "valve_opening_ms": 1e3 * OPENS,
-    "valve_closing_ms": 1e3 * CLOSES,
-    "P_s_bar": 6,
-}
-HOSE = {"hose_volume_mL": [0.5, 50], "hose_C_dm3_per_sbar": [0.1, 5], "hose_b": 0.5283}
-OTHER = {"dead_volume_B_mL": [1, 100], "rod_B_mm": 1e3 * OF_B["rod"]}
-TANK = {"volume_L": 10, "orifice_mm": 2, "C_d": [0.5, 1], "k_0_W_per_K": [0, 20], "P_start_bar": 8}
-
-
-def _of_rig(
-    content: Mapping[str, Any], runs: Sequence[Any], truth: Mapping[str, float], *models: str
-) -> Found:
-    known = rig(content, "contract")
-    fit = judged_models(known, runs, models)
-    none = [None, None, None]
-    found = {
-        model: {
-            key(name): [_number(end / factor(name)) for end in estimates[name]] if name in estimates else none
-            for name in fit.quantities
-        }
-        for model in models
-        for estimates in [fit.estimates(model)]
-    }
-    true = {key(name): _number(truth[name] / factor(name)) for name in QUANTITIES if name in truth}
-    causes = ["hose"] if any("a hose of" in text for text in fit.warnings) else []
-    return {"causes": causes, "warned": bool(fit.warnings), "models": found, "truth": true}
-
-
-def pulse(
-    content: Mapping[str, Any], *models: str, both: bool = False, count: int = 4, **of_record: Any
-) -> Found:
-    """`pneumo rig` of a chamber behind an on/off valve, or of both chambers."""
-    t, x, u, P = simulated(pulses=count, **of_record)
-    P_B = simulated(pulses=count, other=True, seed=9)[-1] if both else None
-    truth = {name: value for name, value in TRUTH.items() if name not in ("k_0", "P_s")}
-    truth |= {"dead_volume_B": OF_B["dead_volume"]} if both else {}
-    return _of_rig(content, pulses(t, x, P, u, P_B), truth, *(models or ("full order",)))
-
-
-def tank(C_d: float, k_0: float, count: int, noise: float, seed: int, *models: str) -> Found:
-    """`pneumo rig` of a vessel that empties, replayed with noise."""
-    t = np.linspace(0.2, 60, count)
-    exact, nothing = (
-        rig(TANK | {"C_d": C_d, "k_0_W_per_K": k_0}, "contract"),
-        vessel_run(Points(t, np.zeros(count))),
-    )
-    P, _ = run_errors(exact, "full order", {name: low for name, (low, _) in exact.ends.items()}, nothing)
-    noisy = Points(t, P + np.random.default_rng(seed).normal(0.0, noise, count))
-    truth = {"C_d": C_d, "k_0": k_0}
-    return _of_rig(TANK, [nothing._replace(P=noisy)], truth, *(models or ("full order",)))
-
-
 LEAKING = Truth((0.25, 0.18), (5e-6, 6e-6), T=(300.0, 288.0), leak=2e-10)
 EVEN = Truth((0.3, 0.3), (6.3e-6, 6.3e-6))
 CASES: dict[str, Callable[[], Found]] = {
@@ -163,19 +99,6 @@ CASES: dict[str, Callable[[], Found]] = {
     "closed held leaking": partial(closed, EVEN._replace(leak=5e-10), compressed, seed=5),
     "closed open B": partial(closed, EVEN, seed=6, open_B=True),
     "closed weak wall": partial(closed, EVEN._replace(k_0=(0.02, 0.02)), seed=7),
-    "rig no hose": partial(pulse, OF_RIG, hose=False, seed=1),
-    "rig hose": partial(pulse, OF_RIG | HOSE),
-    "rig hose left out": partial(pulse, OF_RIG, seed=2),
-    "rig poor sensor": partial(pulse, OF_RIG | HOSE, seed=3, noise=3e3),
-    "rig both": partial(pulse, OF_RIG | HOSE | OTHER, both=True, count=3),
-    "rig supply and wall": partial(
-        pulse, OF_RIG | {"P_s_bar": [4, 9], "k_0_W_per_K": [0, 5]}, hose=False, seed=4
-    ),
-    "rig M5 M8": partial(pulse, OF_RIG, "M5", "M8", hose=False, seed=5),
-    "rig tank": partial(tank, 0.8, 3.0, 400, 1e3, 1),
-    "rig tank M8": partial(tank, 0.8, 3.0, 400, 1e3, 2, "M8", "full order"),
-    "rig tank of few points": partial(tank, 0.7, 6.0, 20, 500.0, 3),
-    "rig tank poor sensor": partial(tank, 0.8, 3.0, 400, 2e4, 4),
 }
 
 

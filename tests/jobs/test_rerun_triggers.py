@@ -37,19 +37,15 @@ def test_every_rule_watches_its_script_and_all_that_it_imports(monkeypatch):
 @pytest.mark.parametrize(
     ("edited", "again", "kept"),
     [
-        ("pneumo/physics/models.py", f"{SIMULATED} {JUDGED} statistics measured_air", ""),
+        ("pneumo/physics/models.py", f"{SIMULATED} {JUDGED} statistics", ""),
         ("pneumo/core/replay.c", f"{SIMULATED} {JUDGED} measured_records", "simulated_example"),
         ("pneumo/configuration/schema.py", "ranking_cells fleet_block", "datum replay statistics report"),
         ("pneumo/catalogue/conductances.csv", "ranking_cells fleet_block replay", "datum figures"),
         ("pneumo/statistics/averages.py", "statistics verdict figures fleet_index", "settling datum replay"),
-        ("pneumo/export/c_source.py", "", f"{SIMULATED} {JUDGED} verdict_2007 measured_air fleet_index"),
-        (
-            "pneumo/fitting/estimate.py",
-            "measured_air ranking_cells",
-            f"settling datum replay {JUDGED} verdict_2007",
-        ),
-        ("pneumo/cli/options.py", "", f"{SIMULATED} {JUDGED} measured_air fleet_index"),
-        ("pneumo/publish/figures.mplstyle", "figures evidence_figure", f"{SIMULATED} statistics verdict"),
+        ("pneumo/export/c_source.py", "", f"{SIMULATED} {JUDGED} verdict_2007 measured_records fleet_index"),
+        ("pneumo/fitting/estimate.py", "ranking_cells", f"settling datum replay {JUDGED} verdict_2007"),
+        ("pneumo/cli/options.py", "", f"{SIMULATED} {JUDGED} measured_records fleet_index"),
+        ("pneumo/publish/figures.mplstyle", "figures measurements_figure", f"{SIMULATED} statistics verdict"),
         ("pneumo/publish/pages/templates/page.css", "verdict report fleet_index", f"{SIMULATED} figures"),
         (
             "paper-verdict/src/paper_verdict/judging.py",
@@ -57,7 +53,7 @@ def test_every_rule_watches_its_script_and_all_that_it_imports(monkeypatch):
             f"{SIMULATED} statistics figures report",
         ),
         ("paper/study/paper_2006/computations.py", "verdict", f"{SIMULATED} figures report verdict_2007"),
-        ("paper/study/figures/measured_air_figure.py", "evidence_figure", f"{SIMULATED} {JUDGED}"),
+        ("paper/study/figures/measurements_figure.py", "measurements_figure", f"{SIMULATED} {JUDGED}"),
     ],
 )
 def test_an_edit_runs_again_what_uses_it_only(edited, again, kept, monkeypatch):

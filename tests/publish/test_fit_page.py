@@ -10,11 +10,9 @@ import pytest
 import xarray as xr
 from page_checks import assert_fit_for_a_phone, in_chromium
 
-from pneumo.fitting.fit_result import Estimate, FitResult, Light, estimates_data, fit_data
+from pneumo.fitting.fit_result import Estimate, FitResult, Light, fit_data
 from pneumo.fitting.lights import ADDS_LITTLE, light_and_reason, within_commands
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.fitting.rig.rig_file import QUANTITIES as OF_RIG
-from pneumo.fitting.rig.rig_file import fitted_quantity
 from pneumo.publish.figures.fit_figures import diagnosis_figure
 from pneumo.publish.pages.fit_page import LIGHT_LOOKS, fit_page
 from pneumo.publish.style import paper_style
@@ -133,27 +131,6 @@ def test_C_is_green_at_the_largest_command_of_the_record_only(a_fit):
     as_stated = {name: ("as stated", ADDS_LITTLE) for name in fit.judgements}
     assert columns(printed(full_order_table(rig_rows(replace(fit, judgements=as_stated))))) <= 80
     assert LIGHT_LOOKS.keys() == {*get_args(Light)}
-
-
-def test_tables_and_page_of_a_rig_have_every_quantity(a_fit):
-    quantities = {name: fitted_quantity(name) for name in OF_RIG}
-    P = a_fit.data["P"].values[:1]
-    values = {name: 1.2345678 / quantity.factor for name, quantity in quantities.items()}
-    values |= {"valve_opening_delay": -1.2345678e-3, "k_0": 0.0}
-    ends = ({name: value - abs(value) for name, value in values.items()}, values | {"k_0": np.nan})
-    rms = np.array([1e3])
-    estimate = Estimate(values, *ends, rms, 2 * rms, P + 1e3, at_bound=("k_0",))
-    ends[0]["k_0"] = np.nan
-    units = {name: quantity.unit for name, quantity in quantities.items()}
-    data = estimates_data({"full order": estimate}, units).assign_coords(t=a_fit.data["t"])
-    data = data.assign(P=(("chamber", "t"), P), x=("t", 0 * P[0]), rms_temperature=("model", [12.345678]))
-    fit = replace(a_fit, data=data, quantities=quantities, of="rig", notes=("how <i>",))
-    text = printed(*fit_tables(fit))
-    assert "…" not in text and all(name in text for name in OF_RIG)
-    assert re.search(r"valve_opening_delay \(ms\) +-1\.23\d* \(-2\.4\d* to -1\.2\d*\)", text)
-    assert re.search(r"k_0 \(W/K\) +0 \(on its bound\)", text)
-    page = fit_page(fit, "<b>.csv")
-    assert "How &lt;i&gt;" in page and "0 (on its bound)" in page and "12.3" in page
 
 
 @paper_style()

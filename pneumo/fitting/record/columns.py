@@ -25,8 +25,8 @@ from pneumo.fitting.record.units import (
     reading,
 )
 
-NAME = rf"t|u|x|T|[Pp]_?[ABabs]|P|m_A|m_B|{TIME}"
-SIDES = str.maketrans("PpabS", "AAABs")  # of a pressure's name: P is the only one, of chamber A
+NAME = rf"t|u|x|T|[Pp]_?[ABabs]|m_A|m_B|{TIME}"
+SIDES = str.maketrans("ab", "AB")  # of a pressure's name
 SUFFIX = r"[A-Za-z]+\S*(?:\s?[\[(]\w+[\])])?|[^\w\s].*"  # kPa, bar [abs], °C
 HEADER = re.compile(
     rf"\s*(?P<name>{NAME})\s*(?:[\[(](?P<unit>.+)[\])]|[_ ]+(?P<suffix>{SUFFIX})|/\s*(?P<per>.+))?\s*"
@@ -35,6 +35,7 @@ LABEL = re.compile(r"(.+?)(?:\s*[\[(](.+)[\])]|[_ ]+([^\w\s]\S*))?")  # name and
 MOST_NAMED = 8  # columns that a message names
 LIKELY = {"t": "s", "u": "V", "x": "mm", "T": "degC", **dict.fromkeys(("m_A", "m_B"), "kg/s")}
 LIKELY |= dict.fromkeys(("P_A", "P_B", "P_s"), "bar")
+SHUT = "; if the valve was shut all the time: --closed both"
 CURVE = "; it looks like a table of a valve's flow: that is `curve` under `valve` in the file of --config"
 TWO_COMMANDS = (
     "column u_B: a record of a valve for each chamber cannot be fitted by its commands: measure the flows"
@@ -172,22 +173,20 @@ def missing_columns(
     channels: Sequence[Channel],
     known: Mapping[str, Column],
     missing: Sequence[str],
-    instead: Mapping[str, str],
 ) -> str:
     """Text for a message on missing quantities, with the option ``--columns`` for a shell.
 
-    It has columns that are guessed by their names or else their order, if there are enough. `instead` has
-    what else may be done without a quantity.
+    It has columns that are guessed by their names or else their order, if there are enough.
     """
     guessed = _guessed(channels, known, missing)
-    hints = "".join(instead.get(quantity, "") for quantity in missing)
+    hint = SHUT if "u" in missing else ""
     if len(channels) < 4 and not {*known, *guessed} - {"t", "u"}:
-        hints = CURVE
+        hint = CURVE
     text = (
         f"must have a header such as {missing[0]}_{LIKELY[missing[0]]}, or be named with --columns; columns:"
-        f" {_listed(channels)}{hints}"
+        f" {_listed(channels)}{hint}"
     )
-    if len(guessed) < len(missing) or hints == CURVE:
+    if len(guessed) < len(missing) or hint == CURVE:
         return text
     return text + proposal({**known, **guessed})
 

@@ -49,7 +49,6 @@ SHOWN = {  # factor and unit in which a channel is shown
     **dict.fromkeys(("P_A", "P_B", "P_s"), (1e-5, "bar absolute")),
     **dict.fromkeys(FLOWS, (1e3, "g/s")),
 }
-SHUT = {"u": "; if the valve was shut all the time: --closed both"}
 CUT = 0.01  # part of a record, whose loss at its ends a note names
 BESIDE = 5  # samples beside one at the end of a sensor's range, which noise may have brought back into it
 
@@ -95,12 +94,10 @@ def read_series(
     columns: Mapping[str, Column],
     around: Surroundings,
     needed: Sequence[str],
-    instead: Mapping[str, str],
 ) -> dict[str, Series]:
     """Signals by quantity, each at its own times.
 
-    `InputError` if one of them is not usable, or one that is needed has no column; `instead` has what else
-    may be done then.
+    `InputError` if one of them is not usable, or one that is needed has no column.
     """
     by_name = {re.sub(r"\s*[\[(].*", "", c.name): c for c in channels}  # CH1 for CH1(V)
     by_name |= {c.other: c for c in channels} | {c.name: c for c in reversed(channels)}
@@ -111,7 +108,7 @@ def read_series(
     wanted = dict.fromkeys(("t", *needed, *columns))
     if missing := [name for name in wanted if name not in known and not (clocked and name == "t")]:
         absent = [f"{columns[name].column!r} for {name}" if name in columns else name for name in missing]
-        remedy = missing_columns(channels, known, missing, instead)
+        remedy = missing_columns(channels, known, missing)
         raise InputError(f"{path}: no column {printable(', '.join(absent), 200)}: {remedy}")
     found, fullest = dict[str, Series](), dict[str, np.ndarray]()
     clock_of = {q: channel.clock or clocks[columns["t"].column] for q, channel in used.items()}
@@ -166,7 +163,7 @@ def read_measurement(
     driven = FLOWS if measured_flow else ("u",)
     needed = SENSORS if closed else (*SENSORS, *driven)
     around = Surroundings(plant.conditions.P_atm, plant.valve.u_max, plant.gas.R)
-    signals = read_series(path, channels, columns, around, needed, SHUT)
+    signals = read_series(path, channels, columns, around, needed)
     # Who gives a mapping knows what it leaves out; an empty column, as of LabVIEW's comments, says nothing.
     filled = [c for c in channels if len(c.values) and str(c.values[0]).strip() not in ("", "nan")]
     notes = [] if mapping else unused_note(filled, columns)

@@ -25,7 +25,6 @@ from pneumo.quantities.table import QUANTITIES
 
 MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
 EVENT_COLORS = {"jitter": "#f1c40f", "held": "#95a5a6", "saturated": "#c0392b", "dropout": "#e67e22"}
-FEW_SAMPLES = 200  # fewer are drawn as points
 LONGEST_LAG = 0.2  # s, of an autocorrelation
 ONE_ALONE, TWO_AT_ONCE = 1.96, 2.448  # standard deviations that hold 95 % of one normal quantity, of two
 
@@ -77,28 +76,20 @@ def record_figure(record: Measurement) -> Figure:
 def residual_figure(fit: FitResult) -> Figure:
     """Measured and replayed pressures of the best model, with residuals; shaded: not fitted."""
     data, best = fit.data, fit.models[0]
-    chambers, of_gas = [str(name) for name in data["chamber"].values], "T" in data
-    heights = [2, 1] * len(chambers) + [1] * of_gas
-    fig = new_figure(SCREEN_MM, 20 * sum(heights))
-    panels = fig.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+    fig = new_figure(SCREEN_MM, 120)
+    panels = fig.subplots(4, 1, sharex=True, height_ratios=[2, 1, 2, 1])
     every = max(1, data.sizes["t"] // MOST_SAMPLES)
     t = data["t"].values[::every]
-    few = {"marker": "o", "markersize": 2.5, "lw": 0}
-    for side, chamber in enumerate(chambers):
+    for side, chamber in enumerate("AB"):
         measured = data["P"].sel(chamber=chamber).values[::every]
         replayed = data["pressure"].sel(chamber=chamber, model=best).values[::every]
         above, below = panels[2 * side], panels[2 * side + 1]
-        look = few if len(t) < FEW_SAMPLES else {"lw": 2.4}
-        above.plot(t, measured / KILO, color="#c8c8c8", label="measured", **look)
+        above.plot(t, measured / KILO, color="#c8c8c8", lw=2.4, label="measured")
         above.plot(t, replayed / KILO, color=ACCENT, lw=0.9, label=best)
         above.set_ylabel(axis_label(f"$P_{chamber}$", "kPa"))
         below.plot(t, (measured - replayed) / KILO, color=INK, lw=0.4)
         below.axhline(0.0, color=GREY, lw=0.5)
         below.set_ylabel(axis_label("residual", "kPa"))
-    if of_gas:
-        panels[-1].plot(data["t_T"], data["T"], color="#c8c8c8", **few)
-        panels[-1].plot(data["t_T"], data["temperature"].sel(model=best), color=ACCENT, lw=0.9)
-        panels[-1].set_ylabel(axis_label("$T$", "K"))
     for ax in panels:
         ax.axvspan(fit.held_out_from, data["t"].values[-1], color=PALE, lw=0, zorder=0)
     panels[0].legend(loc="upper left", ncols=2, bbox_to_anchor=(0.0, 1.18))

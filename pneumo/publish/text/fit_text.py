@@ -38,9 +38,7 @@ def answer_text(fit: FitResult) -> str:
     if np.isfinite(percent):
         text += f", {percent:.2g} % of the pressures' swing"
     if best != first:
-        other = {"closed": "law", "rig": "model without a parameter on its bound"}.get(
-            fit.of, "reduced model"
-        )
+        other = "law" if fit.of == "closed" else "reduced model"
         text += f". Best {other}: {best}, {_error(fit, best) / KILO:.3g} kPa"
     if fit.judgements:
         text += f". {determined_text(fit.judgements)}"

@@ -161,7 +161,6 @@ def answer_html(answer: Answer) -> str:
 
 RANKED = "Ranked by rms error on the part held out; 95 % intervals"
 ERRORS = ("rms held out (kPa)", "rms fitted (kPa)")
-TEMPERATURE = "temperature (K)"
 
 
 def fitted_quantities(fit: FitResult) -> dict[str, tuple[str, str, float]]:
@@ -169,9 +168,9 @@ def fitted_quantities(fit: FitResult) -> dict[str, tuple[str, str, float]]:
 
     The valve is shown as it was configured: k_x k_u or C.
     """
-    hidden = () if fit.of == "rig" else (*VALVE, *ALSO, *STARTS)
+    hidden = (*VALVE, *ALSO, *STARTS)
     names = [str(name) for name in fit.data["parameter"].values if name not in hidden]
-    looks = {name: (q.heading, q.shown_unit, q.factor) for name in names for q in [fit.quantities[name]]}
+    looks = {name: (q.heading, q.shown_unit, q.factor) for name in names for q in [QUANTITIES[name]]}
     if "k_xu" in looks and fit.C_per_k_xu is not None:
         looks["k_xu"] = ("C", "dm³/(s bar)", fit.C_per_k_xu)
     return looks
@@ -184,8 +183,7 @@ def parameter_heads(fit: FitResult) -> list[str]:
 
 def fit_heads(fit: FitResult) -> list[str]:
     """Headings of the table of a fit."""
-    errors = (*ERRORS, TEMPERATURE) if "rms_temperature" in fit.data else ERRORS
-    return ["law" if fit.of == "closed" else "model", *errors, *parameter_heads(fit)]
+    return ["law" if fit.of == "closed" else "model", *ERRORS, *parameter_heads(fit)]
 
 
 def fit_rows(fit: FitResult) -> list[list[str]]:
@@ -195,9 +193,6 @@ def fit_rows(fit: FitResult) -> list[list[str]]:
         part = fit.data.sel(model=model)
         row = [model]
         row += [f"{rms_of_chambers(part[name].values) / KILO:.3g}" for name in ("rms_held_out", "rms_fitted")]
-        if "rms_temperature" in part:
-            off = part["rms_temperature"].item()
-            row.append(significant(off) if np.isfinite(off) else "–")
         for parameter, (_, _, factor) in fitted_quantities(fit).items():
             cell = part.sel(parameter=parameter)
             best, low, high = (factor * cell[key].item() for key in ("estimate", "low", "high"))
@@ -251,11 +246,11 @@ def fit_tables(fit: FitResult) -> list[Table]:
     """Ranking with n and k_0, then valve and dead volumes, with 95 per cent intervals: 80 columns each.
 
     Then, where the full order was fitted, how far configured quantities move its parameters. Of closed
-    chambers and rigs, every parameter of one model is a row.
+    chambers, every parameter of one law is a row.
     """
     heads, rows = [head.removeprefix("rms ").replace(" (", "\n(") for head in fit_heads(fit)], fit_rows(fit)
-    if fit.of != "cylinder":
-        return [_ranking_table(fit), _model_table(fit)]
+    if fit.of == "closed":
+        return [_laws_table(fit), _law_table(fit)]
     parts = (RANKED, (0, 1, 2, 3, 4), 2), ("Valve and dead volumes", (0, 5, 6, 7), 1)
     return [
         _table(title, [heads[i] for i in columns], [[row[i] for i in columns] for row in rows], gap=gap)
@@ -263,25 +258,22 @@ def fit_tables(fit: FitResult) -> list[Table]:
     ] + [full_order_table(rows) for rows in [rig_rows(fit)] if rows]
 
 
-def _ranking_table(fit: FitResult) -> Table:
-    """Errors of every model or law; of a law its n or k_0 too."""
+def _laws_table(fit: FitResult) -> Table:
+    """Errors of every law, and its n or k_0."""
     heads, rows = fit_heads(fit), fit_rows(fit)
-    errors = len(heads) - len(parameter_heads(fit))
+    errors = 1 + len(ERRORS)
     first = [head.removeprefix("rms ").replace(" (", "\n(") for head in heads[:errors]]
-    if fit.of == "rig":
-        return _table(RANKED, first, [row[:errors] for row in rows])
     columns = [(name, heads.index(head)) for name, head in (("n  ", "n"), ("k_0", "k_0 (W/K)"))]
     laws = [[*row[:errors], next((f"{name} {row[i]}" for name, i in columns if row[i]), "")] for row in rows]
     return _table(RANKED, (*first, "n, or k_0 (W/K)"), laws)
 
 
-def _model_table(fit: FitResult) -> Table:
-    """Every parameter of the best model, or of the law whose parameters a configuration gets."""
-    model = fit.models[0] if fit.of == "rig" else fit.model_of_rig
-    row = next(row for row in fit_rows(fit) if row[0] == model)
+def _law_table(fit: FitResult) -> Table:
+    """Every parameter of the law whose parameters a configuration gets."""
+    row = next(row for row in fit_rows(fit) if row[0] == fit.model_of_rig)
     heads = parameter_heads(fit)
-    cells = zip(heads, row[-len(heads) :], strict=True) if heads else ()
-    return _table(model, ("", "95 % interval"), [pair for pair in cells if pair[1]])
+    cells = zip(heads, row[-len(heads) :], strict=True)
+    return _table(fit.model_of_rig, ("", "95 % interval"), [pair for pair in cells if pair[1]])
 
 
 def full_order_table(rows: Sequence[Sequence[str]]) -> Table:

@@ -138,7 +138,7 @@ def columns(*names):
 
 
 HEADERS = {  # quantity: header, unit
-    "P_A": "P_A_kPa,kPa; P_A [kPa],kPa; P_A (bar(g)),bar(g); /bench/state/P_A_bar,bar; P [Pa],Pa",
+    "P_A": "P_A_kPa,kPa; P_A [kPa],kPa; P_A (bar(g)),bar(g); /bench/state/P_A_bar,bar",
     "P_s": "P_s_mbar_abs,mbar_abs",
     "T": "T_°C,degC",
     "x": "x_µm,um; field.x_mm,mm",
