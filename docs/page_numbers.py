@@ -132,13 +132,13 @@ def places(rows: Sequence[dict[str, Any]]) -> str:
     """Table with a row for each table and figure of the paper of which numbers were judged."""
     others = (MISPRINT, EXPLAINED, UNEXPLAINED)
     lines = [
-        "||agree or scatter|" + "|".join(others) + "|largest deviation|fitted choices|",
+        "||agree or scatter|" + "|".join(others) + "|largest deviation|free choices|",
         "|---" * 7 + "|",
     ]
     for row in (row for row in rows if row["judged"]):
         counts = [str(row["statuses"].get(status, "")) for status in others]
         cells = [row["name"], f"{row['agree']} of {row['judged']}", *counts, deviation_text(row["deviation"])]
-        lines.append("|".join(["", *cells, str(len(row["chosen"]) or ""), ""]))
+        lines.append("|".join(["", *cells, str(row["choices"] or ""), ""]))
     return "\n".join(lines)
 
 

@@ -77,7 +77,7 @@ def test_the_first_lines_and_figure_are_those_of_the_results():
         f"{rms.index[0]} is nearest to the full simulation: off by {rms.iloc[0]:#.2g} kPa" in found.headline
     )
     assert f"{percent:.2g} % of the pressures" in found.headline
-    assert f"with one n for all runs it is off by {at_one_n:#.2g} kPa" in found.text
+    assert f"With one n for all runs {rms.index[0]} is off by {at_one_n:#.2g} kPa" in found.text
 
 
 def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict():

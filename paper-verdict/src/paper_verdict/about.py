@@ -1,6 +1,6 @@
 """What a paper is called, where its results are, and what its places are: ``paper.yaml``."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Self
 
@@ -13,6 +13,8 @@ class Place(Entry):
 
     says: str = ""  # of one without items: inputs, a scheme
     link: str = ""  # to its picture or data, from the page
+    draws: Sequence[str] = ()  # of a figure without items: patterns of the ids that it shows
+    linear: bool = False  # whether its axis is, though its numbers span decades
 
 
 class About(Entry):

@@ -294,7 +294,7 @@ class Judge:
             **self.paper.about(self.sources),
             "paper": self.about.model_dump(exclude={"places", "results"}),
             "headline": headline(facts, self.assumptions),
-            "places": overview(items, self.claims.facts, self.about, drawn),
+            "places": overview(items, self.claims.facts, self.assumptions, self.about, drawn),
             "facts": facts,
             "highlights": self.paper.highlights(self.sources, items),
             "items": items,

@@ -1,7 +1,7 @@
 """The page of a verdict: one HTML file that loads nothing, for light and dark, wide and narrow screens.
 
-First a line for each table and figure, then each table with print and reproduction and each figure with both
-curves; every number leads to its cell and its tolerance. Then facts, errata and assumptions.
+First a line for each table and figure, then the facts, then each table with print and reproduction and each
+figure with both; every number leads to its cell and its tolerance. Then errata and assumptions.
 """
 
 import math
@@ -11,7 +11,7 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-from paper_verdict.charts import curve_chart, point_charts
+from paper_verdict.charts import LOGARITHM, chart_grid, curve_chart, point_charts
 from paper_verdict.claims import UNITS_IN_TEXT
 from paper_verdict.facts import (
     AGREES,
@@ -26,15 +26,11 @@ from paper_verdict.facts import (
 from paper_verdict.text import agree_text, cell_text, deviation_text, size_text, tolerance_text
 
 LOOKS = {  # status -> class of the style sheet, symbol for readers without colour, and meaning
-    AGREES: ("agrees", "=", "equal at the printed digits, within the reading of a figure, or close"),
-    SCATTER: ("scatter", "≈", "differs by no more than other random numbers would change it"),
-    MISPRINT: ("misprint", "†", "differs; a misprint, proved from printed numbers alone, accounts for it"),
-    EXPLAINED: (
-        "explained",
-        "≠",
-        "differs; somebody's reason, or an argument from the results, accounts for it",
-    ),
-    UNEXPLAINED: ("unexplained", "!", "differs, and nothing accounts for it"),
+    AGREES: ("agrees", "=", "equal at the printed digits, or within its tolerance"),
+    SCATTER: ("scatter", "≈", "other random numbers change it as much"),
+    MISPRINT: ("misprint", "†", "the paper's own numbers prove that the print is wrong"),
+    EXPLAINED: ("explained", "≠", "for a reason that is stated, but not proved"),
+    UNEXPLAINED: ("unexplained", "!", "no reason was found"),
     NOT_JUDGED: ("unjudged", "·", "cannot fail, or was not run"),
 }
 LONGEST_IN_GRID = 14  # characters of a result that is no number
@@ -61,12 +57,12 @@ def page(verdict: Mapping[str, Any], findings: str = "", evidence: Sequence[str]
         f"<title>Verdict: {title}</title>",
         f"<style>\n{style}</style></head>",
         '<body><a class="skip" href="#lines">Skip to the overview</a>',
-        *_header(verdict, about),
+        *_header(verdict, about, findings),
         "<main>",
-        *_lines(verdict["places"]),
+        *_lines(verdict),
         findings,
-        *_places(verdict),
         *_facts(verdict, about),
+        *_places(verdict),
         *_errata(verdict["errata"], about),
         *_assumptions(verdict["assumptions"]),
         "</main>",
@@ -112,11 +108,15 @@ def _table(heads: Sequence[str], rows: Iterable[str], kind: str = "plain") -> st
     )
 
 
-def _header(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
+def _header(verdict: Mapping[str, Any], about: Row, findings: str) -> Iterable[str]:
     yield "<header>"
     yield '<p class="kicker">paper-verdict</p>'
     yield f"<h1>{escape(about['title'])}: what is reproduced</h1>"
     yield f'<p class="sharpest">{escape(headline_text(verdict["headline"]))}</p>'
+    counts = verdict["headline"]["statuses"]
+    legend = [f"<li>{badge(s, f'{counts[s]} {s}')} {escape(LOOKS[s][2])}</li>" for s in LOOKS if counts[s]]
+    yield f'<ul class="legend">{"".join(legend)}</ul>'
+    yield f"<p>{_words(verdict)}</p>"
     source = [about["authors"], about["journal"]]
     words = [escape(", ".join(filter(None, source)))]
     if about["doi"]:
@@ -127,11 +127,11 @@ def _header(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
         for name, address in about["others"].items()
     )
     lead += ". " if lead else ""
-    count = len(verdict["items"])
-    compared = (
-        "1 printed number or statement is" if count == 1 else f"{count} printed numbers and statements are"
-    )
-    yield f"<p>{lead}{marked(about['how'])} {compared} compared with the reproduction.{others}</p>"
+    yield f"<p>{lead}{marked(about['how'])}{others}</p>"
+    titles = re.findall(r'class="finding".*?<h2 id="([^"]+)">(.*?)</h2>', findings, re.DOTALL)
+    links = [f'<li><a href="#{name}">{title}</a></li>' for name, title in titles]
+    if links:
+        yield f"<ul>{''.join(links)}</ul>"
     if verdict["study"]:
         yield (
             f'<p class="warning"><strong>This is “{escape(verdict["study"])}”, not the paper\'s own'
@@ -140,38 +140,86 @@ def _header(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
         )
     for name, reason in verdict["failures"].items():
         yield f'<p class="warning"><strong>{escape(name)}:</strong> {escape(reason)}.</p>'
-    counts = verdict["headline"]["statuses"]
-    legend = [f"<li>{badge(s, f'{counts[s]} {s}')} {escape(LOOKS[s][2])}</li>" for s in LOOKS if counts[s]]
-    yield f'<ul class="legend">{"".join(legend)}</ul></header>'
+    yield "</header>"
 
 
-def _lines(places: Sequence[Row]) -> Iterable[str]:
-    """A line for each table and figure."""
+def _words(verdict: Mapping[str, Any]) -> str:
+    """What the words of the headline mean, as far as they occur."""
+    headline = verdict["headline"]
+    count = len(verdict["items"])
+    judged = sum(place["judged"] for place in verdict["places"])
+    left = ""
+    if judged < count:
+        set_up = sum(place["set_up"] for place in verdict["places"])
+        kind = "are inputs, which cannot fail" if set_up == count - judged else "are inputs or were not run"
+        left = f"; the other {count - judged} {kind}"
+    text = (
+        f"A <b>fact</b> is one thing that the paper says; it is as good as its worst number."
+        f" Of the paper's numbers and statements {count} were collected, and {judged} of them judged{left}."
+    )
+    if headline["choices"]:
+        text += (
+            ' A <b>free choice</b> is a value or rule that <a href="#assumptions">the paper leaves open</a>'
+            " and that was chosen with printed numbers in view."
+        )
+    if headline["predictions"]:
+        text += " A <b>prediction</b> is a fact for which none was made."
+    return text
+
+
+def _lines(verdict: Mapping[str, Any]) -> Iterable[str]:
+    """A line for each table and figure with a verdict, and one for all others."""
     yield '<section aria-labelledby="lines"><h2 id="lines">Table by table, figure by figure</h2>'
-    rows: list[str] = []
-    for place in places:
-        title = escape(place["name"])
-        link = f'<a href="#{_anchor(place["name"])}">{title}</a>' if place["items"] else title
-        result = f"{badge(place['status'])} " if place["items"] else ""
-        worst = ""
-        if place["worst"]:
-            link_to = f'<a href="#{_id(place["worst"])}">{escape(place["worst"])}</a>'
-            worst = f"{deviation_text(place['deviation'])} ({link_to})"
-        chosen = ""
-        if place["chosen"]:
-            chosen = f'<a href="#assumptions">{len(place["chosen"])} assumptions</a>'
-        picture = ""
-        if place["link"]:
-            picture = f'<a href="{escape(place["link"])}">{escape(place["link"].rpartition("/")[2])}</a>'
-        cells = {
-            "": result + marked(agree_text(place)),
-            "worst": worst,
-            "fitted to it": chosen,
-            "file": picture,
-        }
-        rows.append(f'<tr><th scope="row">{link}</th>{_labelled(cells.items())}</tr>')
-    yield _table(["of the paper", "result", "worst number", "fitted to it", "file"], rows, "plain lines")
+    measures = {item["tolerance"]["measure"] for item in verdict["items"]}
+    of_what = ["the printed number"]
+    if "sigma" in measures:
+        of_what.append("of σ for a mean error")
+    if any(item["unit"].startswith(LOGARITHM) for item in verdict["items"]):
+        of_what.append("of the number itself where its logarithm is printed")
+    yield (
+        "<p>Here numbers are counted. A deviation is reproduced minus printed, in per cent of"
+        f" {', '.join(of_what)}. The largest may be that of a number that agrees.</p>"
+    )
+    yield _table(
+        ["of the paper", "result", "largest deviation", "free choices", "file"],
+        [_line(place, verdict["headline"]["choices"]) for place in verdict["places"] if place["judged"]],
+        "plain lines",
+    )
+    others: dict[str, list[str]] = {}
+    for place in verdict["places"]:
+        if not place["judged"]:
+            others.setdefault(agree_text(place), []).append(_linked(place))
+    if others:
+        listed = "; ".join(f"{', '.join(names)} ({marked(says)})" for says, names in others.items())
+        yield f'<p class="rest">Without a verdict: {listed}.</p>'
     yield "</section>"
+
+
+def _linked(place: Row) -> str:
+    """Name of a place, with a link to its part of the page, else to its file."""
+    address = f"#{_anchor(place['name'])}" if place["items"] or place["draws"] else place["link"]
+    name = escape(place["name"])
+    return f'<a href="{escape(address)}">{name}</a>' if address else name
+
+
+def _line(place: Row, choices: int) -> str:
+    largest = ""
+    if place["worst"]:
+        link = f'<a href="#{_id(place["worst"])}">{escape(place["worst"])}</a>'
+        largest = f"{deviation_text(place['deviation'])} ({link})"
+    chosen = ""
+    if place["choices"]:
+        chosen = f'<a href="#assumptions">{place["choices"]} of {choices}</a>'
+    picture = ""
+    if place["link"]:
+        picture = f'<a href="{escape(place["link"])}">{escape(place["link"].rpartition("/")[2])}</a>'
+    cells = {
+        "": f"{badge(place['status'])} {marked(agree_text(place))}",
+        "largest deviation": largest,
+        "free choices": chosen,
+        "file": picture,
+    }
+    return f'<tr><th scope="row">{_linked(place)}</th>{_labelled(cells.items())}</tr>'
 
 
 def _places(verdict: Mapping[str, Any]) -> Iterable[str]:
@@ -185,21 +233,25 @@ def _places(verdict: Mapping[str, Any]) -> Iterable[str]:
     for place in verdict["places"]:
         items = [item for item in verdict["items"] if item["place"] == place["name"]]
         curves = [curve for curve in verdict["curves"] if f"Fig. {curve['figure']}" == place["name"]]
-        if items or curves:
-            yield f'<section id="{_anchor(place["name"])}"><h3>{escape(place["name"])}</h3>'
-            yield f"<p>{badge(place['status'])} {marked(agree_text(place))}</p>"
-            yield from map(curve_chart, curves)
-            yield from _items(items, errata, drawn=place["name"].startswith("Fig.") and not curves)
-            yield "</section>"
+        points = [item for item in verdict["items"] if item["id"] in place["draws"]]
+        if place["name"].startswith("Fig.") and not curves:
+            points += [item for item in items if item["row"]]
+        if not (items or curves or points):
+            continue
+        yield f'<section id="{_anchor(place["name"])}"><h3>{escape(place["name"])}</h3>'
+        yield f"<p>{badge(place['status']) if items else ''} {marked(agree_text(place))}</p>"
+        if curves:
+            yield chart_grid(map(curve_chart, curves), "band")
+        if points:
+            yield chart_grid(point_charts(points, place["linear"]), "points")
+        yield from _items(items, errata)
+        yield "</section>"
     yield "</section>"
 
 
-def _items(items: Sequence[Row], errata: Mapping[str, Row], drawn: bool) -> Iterable[str]:
-    """The items of a place: as points if they are `drawn`, as a table, and one by one."""
-    cells = [item for item in items if item["row"]]
-    if drawn:
-        yield from point_charts(cells)
-    yield from _grids(cells)
+def _items(items: Sequence[Row], errata: Mapping[str, Row]) -> Iterable[str]:
+    """The items of a place as a table, and one by one."""
+    yield from _grids([item for item in items if item["row"]])
     if items:
         yield f"<details><summary>Each of the {len(items)}: place, tolerance, deviation</summary>"
         heads = ["item", "printed", "reproduced", "deviation", "status", "from, within"]
@@ -335,14 +387,8 @@ def _labelled(cells: Iterable[tuple[str, str]]) -> str:
 
 
 def _facts(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
+    """Facts that differ, worst first; those that agree are folded."""
     yield '<section aria-labelledby="facts"><h2 id="facts">Facts, worst first</h2>'
-    tolerances = f" Tolerances: {marked(about['tolerances'])}." if about["tolerances"] else ""
-    yield (
-        "<p>A fact is one thing that the paper says, however many numbers say it;"
-        f" it is as good as its worst number.{tolerances}"
-        " A seed deviation is the standard deviation over other random numbers. Free choices are values of"
-        ' <a href="#assumptions">assumptions</a> that were chosen with the paper\'s numbers in view.</p>'
-    )
     failed = [
         fact
         for fact in verdict["facts"]
@@ -351,19 +397,35 @@ def _facts(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
     if failed:
         links = "; ".join(f'<a href="#fact-{_id(f["name"])}">{marked(f["says"])}</a>' for f in failed)
         yield f"<p>Predictions that did not come out: {links}.</p>"
-    for fact in verdict["facts"]:
-        members = [item for item in verdict["items"] if item["fact"] == fact["name"]]
-        links = ", ".join(f'<a href="#{_id(i["id"])}">{escape(i["id"])}</a>' for i in members)
-        chosen = ", ".join(f'<a href="#assumption-{_id(c)}">{escape(c)}</a>' for c in fact["chosen"])
-        spent = f" ({fact['spent']} of {fact['items']} degrees of freedom: {chosen})" if chosen else ""
-        why = f"{marked(fact['why'])}. " if fact["why"] else ""
-        yield (
-            f'<details class="fact" id="fact-{_id(fact["name"])}"><summary>{badge(fact["status"])}'
-            f" <span>{marked(fact['says'])}</span> <small>{escape(size_text(fact))}</small></summary>"
-            f"<p>{why}{fact['basis'].capitalize()}:"
-            f" {escape(BASES[fact['basis']])}{spent}.</p><p>{links}</p></details>"
+    words = "A seed deviation is the standard deviation over other random numbers."
+    if any(fact["chosen"] for fact in verdict["facts"]):
+        words += (
+            " Facts for which the same free choices were made share the degrees of freedom that these cost."
         )
+    if about["tolerances"]:
+        words += f" Tolerances: {marked(about['tolerances'])}."
+    yield f"<p>{words}</p>"
+    folded = [fact for fact in verdict["facts"] if fact["status"] in (AGREES, NOT_JUDGED)]
+    yield from (_fact(fact, verdict) for fact in verdict["facts"] if fact not in folded)
+    if folded:
+        yield f"<details><summary>{len(folded)} that agree or are not judged</summary>"
+        yield from (_fact(fact, verdict) for fact in folded)
+        yield "</details>"
     yield "</section>"
+
+
+def _fact(fact: Row, verdict: Mapping[str, Any]) -> str:
+    members = [item for item in verdict["items"] if item["fact"] == fact["name"]]
+    links = ", ".join(f'<a href="#{_id(i["id"])}">{escape(i["id"])}</a>' for i in members)
+    chosen = ", ".join(f'<a href="#assumption-{_id(c)}">{escape(c)}</a>' for c in fact["chosen"])
+    spent = f" Free choices: {chosen}; they cost it {fact['spent']} of {fact['items']} degrees of freedom."
+    why = f"{marked(fact['why'])}. " if fact["why"] else ""
+    return (
+        f'<details class="fact" id="fact-{_id(fact["name"])}"><summary>{badge(fact["status"])}'
+        f" <span>{marked(fact['says'])}</span> <small>{escape(size_text(fact))}</small></summary>"
+        f"<p>{why}{fact['basis'].capitalize()}:"
+        f" {escape(BASES[fact['basis']])}.{spent if chosen else ''}</p><p>{links}</p></details>"
+    )
 
 
 def _errata(errata: Sequence[Row], about: Row) -> Iterable[str]:

@@ -2,10 +2,21 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from typing import Any
 
-from paper_verdict.about import About
-from paper_verdict.facts import AGREES, NOT_JUDGED, SCATTER, SET_UP, WORST_FIRST, Fact, Item
+from paper_verdict.about import About, Place
+from paper_verdict.facts import (
+    AGREES,
+    NOT_JUDGED,
+    SCATTER,
+    SET_UP,
+    WORST_FIRST,
+    Assumption,
+    Fact,
+    Item,
+    choices,
+)
 
 ORDER = ("Table", "Fig.", "Equations")
 
@@ -17,7 +28,11 @@ def _order(name: str) -> tuple[int, int, str]:
 
 
 def overview(
-    items: Sequence[Item], facts: Mapping[str, Fact], about: About, drawn: Sequence[str] = ()
+    items: Sequence[Item],
+    facts: Mapping[str, Fact],
+    assumptions: Mapping[str, Assumption],
+    about: About,
+    drawn: Sequence[str] = (),
 ) -> list[dict[str, Any]]:
     """Rows by table, figure, equations and text, in the paper's order; `drawn` are figures with curves."""
     members: dict[str, list[Item]] = {name: [] for name in (*about.places, *drawn)}
@@ -26,7 +41,7 @@ def overview(
     rows: list[dict[str, Any]] = []
     for name in sorted(members, key=_order):
         every = members[name]
-        place = about.places.get(name)
+        place = about.places.get(name) or Place()
         of_set_up = [item for item in every if item["basis"] == SET_UP]
         judged = [item for item in every if item["status"] != NOT_JUDGED]
         statuses = {status: sum(item["status"] == status for item in judged) for status in WORST_FIRST}
@@ -35,8 +50,8 @@ def overview(
         rows.append(
             {
                 "name": name,
-                "says": place.says if place else "",
-                "link": place.link if place else "",
+                **place.model_dump(include={"says", "link", "linear"}),
+                "draws": [i["id"] for i in items if any(fnmatchcase(i["id"], p) for p in place.draws)],
                 "items": len(every),
                 "judged": len(judged),
                 "set_up": len(of_set_up),
@@ -46,7 +61,7 @@ def overview(
                 "worst": worst["id"] if worst and worst["relative"] else "",
                 "deviation": worst["relative"] if worst and worst["relative"] else None,
                 "seeds": worst["seeds"] if worst else None,
-                "chosen": list(chosen),
+                "choices": sum(choices(list(chosen), assumptions).values()),
             }
         )
     return rows

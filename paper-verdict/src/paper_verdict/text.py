@@ -33,8 +33,8 @@ def place_lines(places: list[dict[str, Any]]) -> Iterator[str]:
         parts = [agree_text(place)]
         if place["worst"]:
             parts.append(f"worst {deviation_text(place['deviation'])} ({place['worst']})")
-        if place["chosen"]:
-            parts.append(f"fitted: {len(place['chosen'])} assumptions")
+        if place["choices"]:
+            parts.append(f"free choices: {place['choices']}")
         text = f"{place['name']:{width}}  {'; '.join(filter(None, parts))}"
         yield textwrap.fill(text, WIDTH, subsequent_indent=" " * (width + 4), break_long_words=False)
 

@@ -190,7 +190,7 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
         return Overview()
     nearest = reduced[0]
     swing = float(np.mean([of_run["swing"] ** 2 for of_run in facts])) ** 0.5 / KILO
-    over = "in the only run" if len(runs) == 1 else f"over {len(runs)} runs"
+    over = "in the only run" if len(runs) == 1 else f"in {len(runs)} runs"
     percent = f"{100 * rms[nearest] / swing:.2g} %"
     headline = (
         f"Of {len(reduced)} simple models of the air in a cylinder, {nearest} is nearest to the full"
@@ -198,13 +198,16 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     )
     text = [
         f"The full simulation, or full order, computes pressure and temperature of each chamber; the simple"
-        f" models compute the pressure alone. These are differences {over}. {nearest} knows the wall's heat"
-        f" conductance k_0, and has the index n that is best for each run; with one n for all runs it is off"
-        f" by {_at_one_n(runs, nearest):#.2g} kPa."
+        f" models compute the pressure alone. They were compared {over} with the same command and motion."
+        f" These signals are exact here; the paper's were sampled every millisecond. Each model has the"
+        f" polytropic index n that is best for each run.\n"
+        f"With one n for all runs {nearest} is off by {_at_one_n(runs, nearest):#.2g} kPa."
     ]
+    if MODELS[nearest].wall != "none":
+        text.append(f"{nearest} also knows the heat conductance of the wall, k_0.")
     free = [name for name in reduced if MODELS[name].wall == "none"]
     if free and free[0] != nearest:
-        text.append(f"{free[0]}, which needs no k_0, is off by {kpa[free[0]]} kPa.")
+        text.append(f"{free[0]}, which needs no k_0, is off by {kpa[free[0]]} kPa with its best n.")
     if walls:
         factors = {conductance_factor(e.plant.cylinder.bore) for e in study.experiments.values()}
         known = " to ".join(dict.fromkeys(f"{factor:.2g}" for factor in sorted(factors)))
@@ -216,7 +219,7 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     wins = Counter(min(reduced, key=lambda name: square[name][run]) for run in range(len(runs)))
     if len(runs) > 1:
         listed = ", ".join(f"{name} in {count}" for name, count in wins.most_common())
-        text.append(f"Runs with large errors dominate these averages; nearest in single runs: {listed}.")
+        text.append(f"Runs with large errors dominate these averages. Nearest in single runs: {listed}.")
     low, high = round_number(min(rms.values()), up=False), round_number(1.01 * max(rms.values()), up=True)
     numbers = (factor * 10.0**power for power in range(-9, 9) for factor in (1, 2, 5))
     ticks = [(f"{tick:g}", axis_fraction(tick, low, high)) for tick in numbers if low <= tick <= high]
