@@ -93,9 +93,6 @@ def estimate(
         high |= {name: max(end, values[name]) for name, end in high.items() if np.isfinite(end)}
     predicted, held_out = prediction(model, plant, record.part(split, record.P.shape[1] - 1), values)
 
-    def named(row: np.ndarray) -> dict[str, float]:
-        return dict(zip(problem.names, row.tolist(), strict=True))
-
     return Estimate(
         values=values,
         low=low,
@@ -107,10 +104,12 @@ def estimate(
             name: np.array([scales[name].si(end) for end in ends]) - scales[name].si(at)
             for name, at, ends in zip(problem.names, best.theta, (best.theta + moved).T, strict=True)
         },
-        remainder=named(remainder_shifts(best)),
-        expected=named(expected_shifts(both[0])),
-        correlation=dict(zip(problem.names, map(named, correlation(both)), strict=True)),
-        covariance=dict(zip(problem.names, map(named, bounded(of_next, problem.bounds())), strict=True)),
+        remainder=problem.named(remainder_shifts(best)),
+        expected=problem.named(expected_shifts(both[0])),
+        correlation=dict(zip(problem.names, map(problem.named, correlation(both)), strict=True)),
+        covariance=dict(
+            zip(problem.names, map(problem.named, bounded(of_next, problem.bounds())), strict=True)
+        ),
         of_configuration=plant.conditions.P_s * misfit,
         at_bound=problem.at_bound(problem.inner(values)),
         held=tuple(held),

@@ -156,11 +156,13 @@ class Problem(LeastSquares):
         result = np.moveaxis(slopes, 0, -1) * of_chamber[:, None] * self.signals.used[..., None]
         return np.nan_to_num(result, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
 
-    def at_bound(self, theta: np.ndarray, margin: float = ON_BOUND) -> tuple[str, ...]:
+    def at_bound(self, theta: np.ndarray) -> tuple[str, ...]:
         """Names of the parameters on a bound of the search; a lag, dead band or leak of zero is normal."""
-        middle = self.bounds().mean(axis=0)
+        low, high = self.bounds()
+        part = (theta - low) / (high - low)
         from_zero = np.array([scale.low == 0 for scale in self.scales.values()])
-        return super().at_bound(np.where(from_zero, np.maximum(theta, middle), theta), margin)
+        on_bound = (part >= 1 - ON_BOUND) | ((part <= ON_BOUND) & ~from_zero)
+        return tuple(np.array(self.names)[on_bound].tolist())
 
     def guess(self) -> np.ndarray:
         """Start of the search: the configured values and the first measured pressures."""

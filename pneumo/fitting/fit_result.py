@@ -91,12 +91,6 @@ def first_words(text: str) -> str:
     return shorten(text, FIRST_WORDS, placeholder=" ...")
 
 
-TITLES = {  # of files
-    "cylinder": "Reduced models fitted to a measurement",
-    "closed": "Thermal laws fitted to closed chambers",
-}
-
-
 @dataclass(frozen=True, kw_only=True)
 class FitResult:
     """Models fitted to a cylinder behind a servo-valve, or thermal laws to closed chambers."""
@@ -112,7 +106,7 @@ class FitResult:
     u_max: float = np.nan  # V, limit of the command
     wall: Wall = "lambda A_q"  # law of the full order's wall
     C_per_k_xu: float | None = None  # dm^3/(s bar) per m^2/V, where the valve was configured by C
-    of: Literal["cylinder", "closed"] = "cylinder"
+    closed: bool = False  # thermal laws of closed chambers, in place of models
 
     @property
     def models(self) -> list[str]:
@@ -150,7 +144,7 @@ class FitResult:
         The full order if it has intervals, else `best_model`: parameters of a reduced model also compensate
         for what that model lacks. Of closed chambers the best law that gives a k_0, if one does.
         """
-        if self.of == "closed":
+        if self.closed:
             return next((law for law in self.models if "k_0" in self.estimates(law)), self.best_model)
         if FULL_ORDER not in self.models:
             return self.best_model
@@ -206,7 +200,8 @@ class FitResult:
     def save(self, config_sha256: str, path: Path) -> None:
         """Write the result as NetCDF; its attributes `notes` and `warnings` have a line for each text."""
         summary = "Parameters with 95 per cent intervals, errors fitted and held out, pressures"
-        common = attributes(TITLES[self.of], summary, config_sha256)
+        fitted = "Thermal laws fitted to closed chambers" if self.closed else "Models fitted to a measurement"
+        common = attributes(fitted, summary, config_sha256)
         C = {} if self.C_per_k_xu is None else {"C_per_k_xu": self.C_per_k_xu}
         texts = {"notes": "\n".join(self.notes), "warnings": "\n".join(self.warnings)}
         about = {"held_out_from": self.held_out_from, "wall": self.wall}

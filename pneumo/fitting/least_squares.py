@@ -83,12 +83,6 @@ class LeastSquares:
         scales = self.scales.values()
         return np.array([[s.inner(s.low) for s in scales], [s.inner(s.high) for s in scales]])
 
-    def at_bound(self, theta: np.ndarray, margin: float) -> tuple[str, ...]:
-        """Names of the parameters within `margin`, as a fraction of the distance between bounds, of one."""
-        low, high = self.bounds()
-        part = (theta - low) / (high - low)
-        return tuple(name for name, at in zip(self.names, part, strict=True) if not margin < at < 1 - margin)
-
     def prior_terms(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distances from the priors' centres, and weights of their squares; here without any weight."""
         return theta, np.zeros(len(theta))

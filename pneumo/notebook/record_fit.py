@@ -53,7 +53,6 @@ class RecordFit:
     """Models fitted to a record, from `pneumo.fit`."""
 
     result: FitResult
-    name: str  # of the record, or those of several, with commas
     measurement: Measurement
     plant: Plant  # as configured
     configuration: Configuration
@@ -106,7 +105,8 @@ class RecordFit:
 
     @property
     def _record(self) -> str:
-        return ", ".join(Path(name).name for name in self.name.split(", "))
+        """Names of the files of the records, with commas."""
+        return ", ".join(Path(name).name for name in self.measurement.name.split(", "))
 
     def __repr__(self) -> str:
         """Text of at most ten lines: errors on the part held out, the rig's parameters, warnings."""
@@ -116,7 +116,7 @@ class RecordFit:
             f"{model} {rms_of_chambers(held_out.sel(model=model).values) / 1e3:.3g}"
             for model in result.models[:4]
         ]
-        lines = [f"fit of {self.name}: RMS error held out (kPa): {', '.join(errors)}"]
+        lines = [f"fit of {self.measurement.name}: RMS error held out (kPa): {', '.join(errors)}"]
         for name, interval in list(result.estimates(result.model_of_rig).items())[:6]:
             quantity = QUANTITIES[name]
             shown = interval.scaled(quantity.factor)
@@ -169,7 +169,7 @@ class RecordFit:
 
         Nothing but first pressures and temperatures is fitted there.
         """
-        if self.result.of == "closed":
+        if self.result.closed:
             raise InputError(
                 "validate: laws of closed chambers are not judged on another record; leave it out"
             )
@@ -336,4 +336,4 @@ def fit(
     if configuration.cylinders[named].valve:
         C_per_k_xu = sonic_conductance(plant.valve, plant.gas) / plant.valve.k_xu
         result = replace(result, C_per_k_xu=C_per_k_xu)
-    return RecordFit(result, measurement.name, measurement, plant, configuration, named, command, x_from)
+    return RecordFit(result, measurement, plant, configuration, named, command, x_from)

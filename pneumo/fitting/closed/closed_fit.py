@@ -117,7 +117,7 @@ def fit_closed(
         notes=(*measurement.notes, *notes, *alike_notes(equally_good(estimates))),
         warnings=tuple(closed_warnings(estimates, residuals[next(iter(estimates))], plant)),
         held_out_from=float(measurement.t[fitted - 1]),
-        of="closed",
+        closed=True,
     )
 
 

@@ -22,7 +22,7 @@ def fit_page(fit: FitResult, name: str) -> str:
         "fit.html.j2",
         name=name,
         headings=fit_heads(fit),
-        of=fit.of,
+        closed=fit.closed,
         rows=fit_rows(fit),
         rig=rig_rows(fit),
         rig_headings=RIG_HEADS,

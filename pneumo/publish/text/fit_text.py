@@ -35,10 +35,9 @@ def answer_text(fit: FitResult) -> str:
     kpa, percent = _error(fit, first) / KILO, 100 * _error(fit, first) / swing
     name = _named(first)
     text = f"{name[0].upper()}{name[1:]} predicts the part held out best: {kpa:.3g} kPa RMS"
-    if np.isfinite(percent):
-        text += f", {percent:.2g} % of the pressures' swing"
+    text += f", {percent:.2g} % of the pressures' swing"
     if best != first:
-        other = "law" if fit.of == "closed" else "reduced model"
+        other = "law" if fit.closed else "reduced model"
         text += f". Best {other}: {best}, {_error(fit, best) / KILO:.3g} kPa"
     if fit.judgements:
         text += f". {determined_text(fit.judgements)}"

@@ -183,7 +183,7 @@ def parameter_heads(fit: FitResult) -> list[str]:
 
 def fit_heads(fit: FitResult) -> list[str]:
     """Headings of the table of a fit."""
-    return ["law" if fit.of == "closed" else "model", *ERRORS, *parameter_heads(fit)]
+    return ["law" if fit.closed else "model", *ERRORS, *parameter_heads(fit)]
 
 
 def fit_rows(fit: FitResult) -> list[list[str]]:
@@ -199,7 +199,7 @@ def fit_rows(fit: FitResult) -> list[list[str]]:
             if np.isnan(best):
                 row.append("")
             elif np.isnan([low, high]).all() and cell["at_bound"].item():
-                row.append(f"{significant(best) if best else '0'} (on its bound)")
+                row.append(f"{significant(best)} (on its bound)")
             else:
                 row.append(f"{significant(best)} ({ends_text(low, high)})")
         rows.append(row)
@@ -249,7 +249,7 @@ def fit_tables(fit: FitResult) -> list[Table]:
     chambers, every parameter of one law is a row.
     """
     heads, rows = [head.removeprefix("rms ").replace(" (", "\n(") for head in fit_heads(fit)], fit_rows(fit)
-    if fit.of == "closed":
+    if fit.closed:
         return [_laws_table(fit), _law_table(fit)]
     parts = (RANKED, (0, 1, 2, 3, 4), 2), ("Valve and dead volumes", (0, 5, 6, 7), 1)
     return [
