@@ -90,7 +90,7 @@ def numbers_of(plant: Plant) -> dict[str, float]:
     numbers = dict[str, float]()
     for name, value in plant._asdict().items():
         parts = value._asdict() if hasattr(value, "_asdict") else {name: value}
-        numbers |= {key: float(number) for key, number in parts.items() if key != "paths"}
+        numbers |= {key: float(number) for key, number in parts.items() if key not in ("paths", "sag")}
     return numbers
 
 

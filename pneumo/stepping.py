@@ -169,6 +169,11 @@ class Simulation:
     ) -> None:
         plant = plant if isinstance(plant, Plant) else load_plant(plant)
         self.h = number("h", h, 0.0, above=True)
+        if plant.sag:
+            raise InputError(
+                f"supply.sag = {plant.sag:g}: a simulation step by step has a constant supply; leave it out,"
+                " or use simulate"
+            )
         lane, first = lane_for(model, n, plant), start_state(plant, start)
         self._sensors = None if sensors is None else _checked(sensors)
         if model == FULL_ORDER:

@@ -132,6 +132,11 @@ def test_wrong_arguments_are_one_line(mine, arguments, words):
     assert "\n" not in str(error.value)
 
 
+def test_a_supply_that_sags_is_refused(mine):
+    with pytest.raises(InputError, match=r"supply\.sag = 0\.1: .* constant supply"):
+        Simulation(mine._replace(sag=0.1))
+
+
 @pytest.mark.parametrize(("model", "n"), [("full", None), ("M6", 1.2)])
 def test_python_control_makes_the_steps_of_the_simulation(mine, model, n):
     control = pytest.importorskip("control")

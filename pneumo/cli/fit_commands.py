@@ -42,7 +42,7 @@ def show(
     from pneumo.publish.style import save
     from pneumo.selection.plants import configured_plant
 
-    plant = configured_plant(study(read_configuration(config, trust), of_fit=True), cylinder, 1.0)
+    plant = configured_plant(study(read_configuration(config, trust)), cylinder, 1.0)
     mapping = read_mapping(columns) if columns else None
     record = read_measurement(measurement, plant, mapping, from_end=x_from == "end")
     odd = "" if trust or record.closed else mistake(record, plant)

@@ -23,6 +23,8 @@ class Plant(NamedTuple):
     cylinder: Cylinder  #: with its load
     k_0: float  #: thermal conductance of each chamber's wall at equilibrium, W/K
     wall: WallLaw = WallLaw()  #: how the conductance depends on position, pressure and temperature
+    #: Fraction by which P_s falls at the largest flow, in runs of the full order; replays take P_s itself.
+    sag: float = 0.0
 
     @property
     def speed(self) -> float:

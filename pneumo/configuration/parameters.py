@@ -103,17 +103,9 @@ def read_sources(*files: Path | str, options: Mapping[str, Any] | None = None) -
     return Sources(content, [(name, part) for name, part, _ in parts], table)
 
 
-def study(configuration: Configuration, *, of_fit: bool = False) -> Study:
-    """Convert a configuration to SI units: the experiments that run and the grid of models.
-
-    `ConfigurationError` if the supply sags, unless it is `of_fit`: nothing else has such a supply.
-    """
+def study(configuration: Configuration) -> Study:
+    """Convert a configuration to SI units: the experiments that run and the grid of models."""
     c = configuration
-    if c.supply.sag and not of_fit:
-        raise ConfigurationError(
-            f"supply.sag = {c.supply.sag:g}: must be left out, for a supply that is constant at P_s_Pa; only"
-            " `pneumo fit` and `show` have one that sags"
-        )
     experiments = {name: _experiment(c, name) for name in c.chosen}
     # The hash includes the content of signal files, and excludes how the work is split into jobs.
     content = (
@@ -323,6 +315,7 @@ def plant_of(c: Configuration, name: str) -> Plant:
         cylinder,
         _k_0(e, cylinder),
         wall_law(FULL_ORDER_WALLS[s.wall_law or "area_PT"]),
+        c.supply.sag or 0.0,
     )
 
 

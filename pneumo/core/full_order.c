@@ -130,17 +130,40 @@ static double reversed_at(double x, double reference, double *sign, const Drive 
     return -reference;
 }
 
-void run(const double *y_0, double *reference, const double *u_B, int64_t steps, double force, const Drive *of_drive,
-         const Plant *of_plant, double h, int most_halvings, double *states, int8_t *halvings) {
+/* Flow that the chambers draw from the supply at its full pressure, over the largest: by ISO 6358. */
+static double drawn_flow(const double *y, double reference, const double *u_B, const Drive *drive, const Plant *plant) {
+    const double u_max = plant->valve.u_max, b = plant->gas.critical_ratio;
+    const double u = limited(command(reference, y[0], drive), u_max);
+    double drawn = 0;
+    for (int side = 0; side < 2; side++) {
+        const double own = side ? own_command_of_B(u, u_B, u_max) : u;
+        const double beyond = (y[2 + 2 * side] / plant->conditions.P_s - b) / (1 - b);
+        const double part = larger(0, smaller(beyond, 1));
+        drawn += larger(own, 0) / u_max * sqrt(1 - part * part);
+    }
+    return drawn;
+}
+
+/* As `run`; `sags` is a constant of the compiler's, so that a constant supply costs nothing. */
+INLINE void run_with(const double *y_0, double *reference, const double *u_B, int64_t steps, double force,
+                     const Drive *of_drive, const Plant *of_plant, double h, int most_halvings, double *states,
+                     int8_t *halvings, bool sags) {
     const Plant here = *of_plant, *plant = &here; /* that the compiler sees what does not change */
     const Drive as_given = *of_drive, *drive = &as_given;
-    double sign = 1, Y[42], K[42];
+    const double decay = exponential(-h / (1e-3 * SUPPLY_LINE_MS));
+    double sign = 1, drawn = 0, Y[42], K[42];
+    Plant sagging = here;
     memcpy(states, y_0, 6 * sizeof *states);
     for (int64_t k = 0; k < steps; k++) {
         const double *before = states + 6 * k;
         double *after = states + 6 * (k + 1);
         reference[k] = reversed_at(before[0], reference[k], &sign, drive);
-        const Driven driven = {reference[k], force, drive, plant, u_B ? u_B + k : NULL};
+        const double *own = u_B ? u_B + k : NULL;
+        if (sags) {
+            drawn = decay * drawn + (1 - decay) * drawn_flow(before, reference[k], own, drive, plant);
+            sagging.conditions.P_s = plant->conditions.P_s * (1 - plant->sag * drawn);
+        }
+        const Driven driven = {reference[k], force, drive, sags ? &sagging : plant, own};
         for (int n = 0;; n++) {
             int parts = 1 << n;
             double largest = 0, error;
@@ -158,6 +181,14 @@ void run(const double *y_0, double *reference, const double *u_B, int64_t steps,
         }
     }
     reference[steps] = reversed_at(states[6 * steps], reference[steps], &sign, drive);
+}
+
+void run(const double *y_0, double *reference, const double *u_B, int64_t steps, double force, const Drive *drive,
+         const Plant *plant, double h, int most_halvings, double *states, int8_t *halvings) {
+    if (plant->sag > 0)
+        run_with(y_0, reference, u_B, steps, force, drive, plant, h, most_halvings, states, halvings, true);
+    else
+        run_with(y_0, reference, u_B, steps, force, drive, plant, h, most_halvings, states, halvings, false);
 }
 
 /* Mass from the supply into both chambers in each step. Near a port's pressure the flow jumps from stage to stage, so

@@ -148,7 +148,7 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
     ratios `b_inlet` and `b_outlet` if they differ. u, m, x and v are positive where they fill or enlarge
     this chamber.
     """
-    gas, restrictions, c, cylinder, k_0, wall = plant
+    gas, restrictions, c, cylinder, k_0, wall, _ = plant
     g, paths, equations = gas.gamma, restrictions.paths, Equations()
     let, row = equations.let, lane(model, n, g) if model else None
 
@@ -252,7 +252,7 @@ def _symbolic(numbers: Numbers, prefix: str = "") -> Numbers:
 
 def symbols_of(plant: Plant) -> Plant:
     """A plant whose numbers are symbols named as in `constants`; an absent load, friction or leak stays 0."""
-    gas, valve, conditions, cylinder, _, wall = plant
+    gas, valve, conditions, cylinder, _, wall, _ = plant
     valve = _symbolic(valve)._replace(paths=_symbols_of_paths(valve.paths))
     gas = _symbolic(gas)
     if gas.elliptic:  # a valve by its catalogue, with the figures of its data sheet

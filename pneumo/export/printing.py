@@ -128,6 +128,7 @@ def heading(system: System, mark: str = "") -> str:
         c=system.plant.conditions,
         limits=wrap(validity(system), 90),
         dead_time=dead_time,
+        sag=system.valve and system.plant.sag,
     )
     return "\n".join((mark + line).rstrip() for line in text.rstrip().split("\n"))
 

@@ -61,7 +61,8 @@ def exported(
         Add a Kalman filter that estimates the pressures from the position and from this many measured
         pressures. In C only, with valve and piston.
     dynamics : ValveDynamics
-        Lag, null offset and dead band of the valve. A dead time is only named in the heads of the files.
+        Lag, null offset and dead band of the valve. A dead time, as a sag of the plant's supply, is only
+        named in the heads of the files.
     two_valves : bool
         A valve for each chamber, with commands u_A and u_B, as in `pneumo.simulate`.
     name : str, optional

@@ -8,13 +8,14 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import lfilter
 
+import pneumo.core as core
 from pneumo.configuration.experiment import Plant
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.fitting.valve_signal import behind_valve, lagged
 from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.valve import choked_flow
 
-SUPPLY_LINE = 0.05  # s, time constant of the volume behind a supply that sags
+SUPPLY_LINE = 1e-3 * core.lib.SUPPLY_LINE_MS  # s, time constant of the volume behind a supply that sags
 
 
 def misread(signals: StageSignals, name: str, off: float) -> StageSignals:

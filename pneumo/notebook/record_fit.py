@@ -182,7 +182,7 @@ class RecordFit:
     def save(self, folder: Path | str) -> None:
         """Write fit.html, fit.nc and fitted.yaml into a folder."""
         check_output(Path(folder))
-        self.result.save(in_SI(self.configuration, of_fit=True).config_sha256, Path(folder, "fit.nc"))
+        self.result.save(in_SI(self.configuration).config_sha256, Path(folder, "fit.nc"))
         write_text(fit_page(self.result, self._record), Path(folder, "fit.html"))
         write_text(self._fitted(), Path(folder, "fitted.yaml"))
 
@@ -234,7 +234,7 @@ def read_record(
         If the record cannot be read, or one of its values is impossible.
     """
     _check("x_from", x_from, ORIGINS)
-    plant = configured_plant(in_SI(_configuration(configuration), of_fit=True), cylinder, 1.0)
+    plant = configured_plant(in_SI(_configuration(configuration)), cylinder, 1.0)
     return read_measurement(record, plant, columns, from_end=x_from == "end", closed=closed)
 
 
@@ -289,7 +289,7 @@ def fit(
     reduced = [model_row(name).name for name in (MODELS if models is None else listed("models", models))]
     also = listed("also", also)
     configuration = _configuration(configuration)
-    configured = in_SI(configuration, of_fit=True)
+    configured = in_SI(configuration)
     named = cylinder or next(iter(configured.experiments.values())).cylinder  # the only one
     k_0 = next((e.plant.k_0 for e in configured.experiments.values() if e.cylinder == named), 1.0)
     plant = with_one_b(configured_plant(configured, cylinder, k_0), configuration.cylinders[named])

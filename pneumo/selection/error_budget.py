@@ -18,6 +18,7 @@ from pneumo.physics.models import MODELS
 
 FULL_ORDER = "full order"  # name of its row
 NOTHING = "nothing"  # group of the draws in which everything is as configured
+ROUNDING = 1.0  # Pa, of replays of the full order
 TAILS = 0.025, 0.975  # of the interval
 RECORD, NOISE = 10.0, 1e3  # s, of a record and of the new run; Pa, of its pressure sensors: ASSUME
 
@@ -74,7 +75,13 @@ def error_budget(cells: xr.Dataset, best: Mapping[str, float]) -> Budget | None:
     rows: list[Row] = []
     for name in cells["row"].values.tolist():
         mse, model = drawn[name].to_numpy(), MODELS.get(name)
-        of_model = 0.0 if model is None else cells["mse"].sel(model=name, n=best[name]).mean(skipna=False)
+        if model is not None:
+            of_model = cells["mse"].sel(model=name, n=best[name]).mean(skipna=False)
+        elif "mse_alone" in cells:  # of the full order: only where the supply sags, which replays ignore
+            of_model = mean("mse_alone").sel(group=NOTHING, row=name)
+            of_model = of_model.where(of_model > ROUNDING**2, 0.0)
+        else:
+            of_model = 0.0
         n = best[name] if model and model.has_n else np.nan
         row = Row(name, n, np.inf, np.nan, np.nan, float(of_model) ** 0.5)
         if "mse_stroke" in cells:
