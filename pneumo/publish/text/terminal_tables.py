@@ -52,9 +52,7 @@ def print_table(table: Table, **options: Any) -> None:
 # --- pneumo study ----------------------------------------------------------------------------------
 
 STUDY_HEADS = (*("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "A (kPa)", "B (kPa)"),)
-BUDGET_TITLE = (
-    "RMS error (kPa): expected, 95 % interval, and the part caused by each unknown and by the model itself"
-)
+BUDGET_TITLE = "RMS error (kPa): expected, 95 % interval, and the part of each cause"
 
 
 def ranking_rows(ranking: Ranking) -> list[list[str]]:
@@ -115,8 +113,8 @@ def budget_table(answer: Answer) -> Table:
     """Error budget of one cylinder, lowest expected error first; the chosen model is bold."""
     rows = [budget_cells(row, answer) for row in answer.rows]
     heads = [head.replace(" ", "\n", 1) for head in budget_heads(answer)]
-    table = _table("", heads, rows, answer.chosen, numbers=True)
-    table.title, table.box = None, None
+    table = _table(BUDGET_TITLE, heads, rows, answer.chosen, numbers=True)
+    table.box = None
     return table
 
 
