@@ -36,6 +36,7 @@ from paper_verdict.text import deviation_text
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
+from pneumo.publish.text.terminal_tables import BUDGET_TITLE
 
 RESULTS, STATIC = ROOT / "results", ROOT / "docs/static"
 
@@ -132,7 +133,7 @@ def places(rows: Sequence[dict[str, Any]]) -> str:
     """Table with a row for each table and figure of the paper of which numbers were judged."""
     others = (MISPRINT, EXPLAINED, UNEXPLAINED)
     lines = [
-        "||agree or scatter|" + "|".join(others) + "|largest deviation|free choices|",
+        "|numbers of|agree or scatter|" + "|".join(others) + "|largest deviation|free choices|",
         "|---" * 7 + "|",
     ]
     for row in (row for row in rows if row["judged"]):
@@ -211,7 +212,7 @@ def from_the_template() -> Numbers:
             [pneumo, "study", "my.yaml"], cwd=folder, check=True, capture_output=True, text=True
         )
     lines = [line.rstrip() for line in done.stdout.splitlines()]
-    budget = next(i for i, line in enumerate(lines) if line.startswith(" "))
+    budget = lines.index(BUDGET_TITLE)
     after = next(i for i, line in enumerate(lines) if line.startswith("- After one"))
     answer = "\n".join([*lines[:budget], "...", lines[after]])
     return {"study": {"answer": answer}, "vented": vented.tables()}
