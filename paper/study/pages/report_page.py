@@ -204,7 +204,7 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
         f"With one n for all runs {nearest} is off by {_at_one_n(runs, nearest):#.2g} kPa."
     ]
     if MODELS[nearest].wall != "none":
-        text.append(f"{nearest} also knows the heat conductance of the wall, k_0.")
+        text.append("It knows the true heat conductance of the wall, k_0.")
     free = [name for name in reduced if MODELS[name].wall == "none"]
     if free and free[0] != nearest:
         text.append(f"{free[0]}, which needs no k_0, is off by {kpa[free[0]]} kPa with its best n.")
