@@ -67,10 +67,11 @@ coverage: .venv/.dev  ## measure which lines of pneumo/ the tests reach; fails b
 # README's generated blocks: `cog -r` writes them, `cog --check` compares.
 cog = cog --verbosity=0 -I docs -P -p "from readme_blocks import *" --markers='<!--generated: --> <!--end-->'
 
-numbers: .venv/.dev  ## write the numbers of pages and README from results/ and paper/evidence/
-	@echo "== numbers: docs/numbers.yaml, docs/static, README.md"
+numbers: .venv/.dev  ## write the numbers of pages and README from results/ and paper/evidence/, and the table of keys
+	@echo "== numbers: docs/numbers.yaml, docs/static, README.md, pneumo/configuration/keys.md"
 	$(activate)
 	PYTHONPATH=. python docs/page_numbers.py
+	PYTHONPATH=. python docs/configuration_keys.py
 	$(cog) -r README.md
 
 docs: .venv/.dev  ## build the documentation into site/; a warning is an error
@@ -142,7 +143,7 @@ lock: .venv/.study  ## write both locks again from pyproject.toml (UPGRADE=1: ne
 	@echo "== lock: requirements.lock, requirements-dev.lock"
 	$(activate)
 	$(compile) $(study_extras) --output-file requirements.lock pyproject.toml
-	$(compile) $(study_extras) --extra dev --extra docs --extra control --extra fmu --extra parquet --extra formats \
+	$(compile) $(study_extras) --extra dev --extra docs --extra control --extra fmu --extra formats \
 	    --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
 
 lock-check: .venv/.study  ## is there a wheel of every locked package for Linux on x86-64 and aarch64 and for macOS 15 on arm64

@@ -149,6 +149,12 @@ def assert_current(numbers):
     assert {page: stored[page] for page in numbers} == numbers, "run: make numbers"
 
 
+def test_the_table_of_keys_is_that_of_the_schema():
+    from configuration_keys import KEYS, keys
+
+    assert KEYS.read_text(encoding="utf-8") == keys(), "run: make numbers"
+
+
 def test_numbers_are_those_of_the_kept_evidence():
     from page_numbers import from_kept_files
 

@@ -12,6 +12,8 @@ from typer import Argument, Option
 from pneumo.cli.options import Threads, Trust, output_to, read_configuration
 from pneumo.configuration.experiment import MOST_SEEDS
 
+KEYS = Path(__file__).parents[1] / "configuration/keys.md"
+
 
 def init(
     file: Annotated[Path, Argument(help="file to write")] = Path("cylinder.yaml"),
@@ -26,9 +28,7 @@ def init(
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""
     if keys:
-        from pneumo.configuration.schema_readme import readme
-
-        return typer.echo(readme(), nl=False)
+        return typer.echo(KEYS.read_text(encoding="utf-8"), nl=False)
     from pneumo.errors import InputError
     from pneumo.selection.cylinder_template import TEMPLATE, write_table_template, write_template
 

@@ -105,7 +105,7 @@ def linearise(
 
 def export(
     model: Annotated[str, MODEL],
-    to: Annotated[str, Option(help="c, st (IEC 61131-3), matlab (and Octave), casadi (Python) or fmu")],
+    to: Annotated[str, Option(help="c, st (IEC 61131-3), matlab (and Octave) or fmu")],
     n: Index = None,
     cylinder: Cylinder = None,
     k0: Conductance = None,
@@ -141,7 +141,7 @@ def export(
 
     if to == "simulink" or (output and output.suffix == ".slx"):
         raise InputError("Simulink imports an FMU: use --to fmu --output FILE.fmu, and the block FMU Import")
-    suffix = {"c": ".c", "st": ".st", "fmu": ".fmu", "matlab": ".m", "casadi": ".py"}.get(to)
+    suffix = {"c": ".c", "st": ".st", "fmu": ".fmu", "matlab": ".m"}.get(to)
     if suffix and (to in ("c", "st", "fmu") if output is None else output.suffix != suffix):
         raise InputError(f"--to {to}: needs --output FILE{suffix}")
     check_index(model, n)

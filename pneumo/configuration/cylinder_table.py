@@ -1,4 +1,4 @@
-"""Tables of cylinders: a CSV or Parquet file instead of the section ``cylinders``, one row per cylinder.
+"""Tables of cylinders: a CSV file instead of the section ``cylinders``, one row per cylinder.
 
 Its columns are ``name`` and keys of the schema, with dots for nested keys (``valve.b``). Every
 experiment of the configuration runs on every row.
@@ -6,17 +6,13 @@ experiment of the configuration runs on every row.
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import dotted, resolved
 from pneumo.configuration.schema_parts import merged
-from pneumo.configuration.text_file import LARGEST_CSV, NUMBER, read_csv
+from pneumo.configuration.text_file import NUMBER, read_csv
 from pneumo.errors import ConfigurationError, printable, shown
-from pneumo.regular_file import regular_file
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 OF_EXPERIMENTS = ("k_0_W_per_K", "lambda_0_W_per_m2K", "duration_s")  # keys that may differ between rows
 
@@ -109,12 +105,12 @@ def with_table(
 def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
     """Read a table of cylinders; `named_in` and `value` (the configuration's name for it) are for messages.
 
-    CSV has commas, semicolons or tabs between columns and points in numbers. Values of a file named
-    ``*.parquet`` are converted to text. An empty or null cell leaves its key out; an empty row is skipped.
-    The line of a `ConfigurationError` names the file, and row and column where one is wrong.
+    Commas, semicolons or tabs are between columns and points in numbers. An empty cell leaves its key out;
+    an empty row is skipped. The line of a `ConfigurationError` names the file, and row and column where one
+    is wrong.
     """
     where, named = printable(str(file), 300), f"{named_in}: cylinders = {shown(value)}"
-    cells = _parquet(file, named) if file.suffix.lower() == ".parquet" else read_csv(file, named)
+    cells = read_csv(file, named)
     for column in cells:
         if column not in COLUMNS:
             problem = f"unknown; columns are keys of a cylinder: {', '.join(COLUMNS)}"
@@ -131,20 +127,6 @@ def read_table(file: Path, value: str, named_in: str) -> CylinderTable:
     if not table.rows:
         raise ConfigurationError(f"{where}: has no rows below the names of its columns")
     return table
-
-
-def _parquet(file: Path, named: str) -> "pd.DataFrame":
-    """Cells of a Parquet file as text; null is empty."""
-    import pandas as pd  # a third of a second
-
-    try:
-        with regular_file(file, LARGEST_CSV) as stream:
-            table = pd.read_parquet(stream, engine="pyarrow")
-        return table.astype(str).where(table.notna(), "")
-    except ImportError:
-        raise ConfigurationError(f"{named}: a Parquet file needs pyarrow; pip install pyarrow") from None
-    except (OSError, ValueError, NotImplementedError) as error:
-        raise ConfigurationError(f"{named}: cannot be read: {printable(str(error), 300)}") from None
 
 
 def _value(text: str) -> int | float | str:

@@ -495,7 +495,7 @@ class Configuration(Section):
     gas: GasSection
     supply: SupplySection
     cylinders: dict[Name, CylinderSection] = key_of(
-        "cylinders by name; or the path of a table, CSV or Parquet, relative to this file", min_length=1
+        "cylinders by name; or the path of a CSV table, relative to this file", min_length=1
     )
     experiments: dict[Name, ExperimentSection] = key_of("experiments by name", min_length=1)
     levels: dict[Name, list[Conductance]] = key_of(

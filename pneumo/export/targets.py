@@ -8,8 +8,8 @@ from pneumo.equations.system import system
 from pneumo.errors import InputError
 from pneumo.export.c_source import c99
 from pneumo.export.fmu import fmu
+from pneumo.export.matlab import matlab
 from pneumo.export.observer_noise import observer_noise
-from pneumo.export.scripts import casadi, matlab
 from pneumo.export.structured_text import structured_text
 from pneumo.physics.models import Model
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
@@ -17,7 +17,7 @@ from pneumo.storage.files import atomic
 
 PRECISIONS = ("double", "float")
 STEPPING = "c", "st"  # source code with steps, in either precision
-TARGETS = ("c", "st", "matlab", "casadi", "fmu")
+TARGETS = ("c", "st", "matlab", "fmu")
 
 
 def exported(
@@ -77,7 +77,7 @@ def exported(
     moving = piston or observer is not None
     parts = {"valve": valve, "piston": moving, "two_valves": two_valves}
     chosen = system(model, n, plant, dynamics=dynamics, own_name="" if name is None else name, **parts)
-    script, observed = target in ("matlab", "casadi"), observer is not None
+    observed = observer is not None
     what = "model name" if name is None else "--name"
     name = chosen.name if name is None else name
     stem = name if stem is None else stem
@@ -90,8 +90,8 @@ def exported(
         f"{what} {name!r}: must be letters, digits and _, no digit first; exported functions get this name": (
             not (name.isascii() and name.isidentifier())
         ),
-        f"--piston, --no-valve: only with --to c, st and fmu; {target} gets the chambers with their valve": (
-            script and not observed and (piston or not valve)
+        "--piston, --no-valve: only with --to c, st and fmu; matlab gets the chambers with their valve": (
+            target == "matlab" and not observed and (piston or not valve)
         ),
         "--observer: only with --to c, and without --no-valve": observed and (target != "c" or not valve),
         "--observer: not for a cylinder with valve_dynamics: its filter models no lag or dead band": (
@@ -113,7 +113,7 @@ def exported(
     elif target == "st":
         files = structured_text(chosen, stem, precision)
     else:
-        files = {f"{stem}.m": matlab(chosen)} if target == "matlab" else {f"{stem}.py": casadi(chosen)}
+        files = {f"{stem}.m": matlab(chosen)}
     return {name: text.encode() for name, text in files.items()}
 
 

@@ -180,7 +180,7 @@ def test_an_index_without_use_and_a_name_in_small_letters_are_refused(arguments,
         ["check", "heavy.yaml"],
         ["init", "copy.yaml", "--from", "heavy.yaml"],
         ["linearise", "M1", *AT, "--config", "heavy.yaml"],
-        ["export", "M1", "--to", "casadi", "--config", "heavy.yaml"],
+        ["export", "M1", "--to", "matlab", "--config", "heavy.yaml"],
     ],
 )
 def test_a_piston_that_cannot_move_is_refused_unless_it_is_trusted(command, inside, tmp_path):
@@ -193,7 +193,7 @@ def test_a_piston_that_cannot_move_is_refused_unless_it_is_trusted(command, insi
     assert inside(*command, "--trust")[0] == 0
 
 
-@pytest.mark.parametrize("command", [["linearise", "M1", *AT], ["export", "M1", "--to", "casadi"]])
+@pytest.mark.parametrize("command", [["linearise", "M1", *AT], ["export", "M1", "--to", "matlab"]])
 def test_a_choice_between_cylinders_or_conductances_is_left_to_the_user(command, inside):
     command = [*command, "--config", ROOT / "config/paper.yaml"]
     assert_one_line(inside(*command), "--cylinder: missing; there are D, E")

@@ -13,7 +13,6 @@ from paper_study import STUDY
 
 from paper.study.stored_runs import from_json
 from pneumo import testing as some
-from pneumo.configuration import schema_readme
 from pneumo.configuration.experiment import Excitation, to_json
 from pneumo.configuration.parameters import load, plant_of, sonic_conductance, study, validated
 from pneumo.configuration.plain_yaml import read_yaml
@@ -23,8 +22,6 @@ from pneumo.errors import ConfigurationError
 from pneumo.physics.cylinder import heat_area
 from pneumo.physics.valve import Gas, Valve, choked_flow
 from pneumo.selection.cylinder_template import TEMPLATE
-
-CONFIG = PAPER.parent
 
 
 def test_the_papers_study():
@@ -263,11 +260,6 @@ def test_json_round_trip_is_exact(bore, mass, T_in, n):
     assert type(again.experiments["E01"].plant.cylinder) is type(s.experiments["E01"].plant.cylinder)
     assert to_json(again) == to_json(s)
     json.loads(to_json(s), parse_constant=pytest.fail)  # no NaN or Infinity: any JSON reader takes it
-
-
-def test_readme_of_the_configuration_is_that_of_the_schema():
-    readme = (CONFIG / "README.md").read_text(encoding="utf-8")
-    assert readme == schema_readme.readme(), "run: python -m pneumo.configuration.schema_readme > it"
 
 
 def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):

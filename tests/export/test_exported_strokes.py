@@ -92,6 +92,6 @@ def test_exports_say_which_models_drift_with_the_valve_shut(plant):
         states = [c.P_atm, c.T_amb] * 2 if model == "full" else [c.P_atm] * 2
         rate = rates(system(model, 1.35, plant, valve=False), states, [0.0] * 4)[0]
         assert (abs(rate) > 1e3) == bool(drifts)
-        for target, name in (("c", f"{model}.c"), ("st", f"{model}.st"), ("casadi", f"{model}.py")):
+        for target, name in (("c", f"{model}.c"), ("st", f"{model}.st"), ("matlab", f"{model}.m")):
             said = exported(model, 1.35, plant, target)[name].decode()
             assert ("drifts to P_0" in " ".join(said.split())) == bool(drifts)

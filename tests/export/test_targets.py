@@ -70,7 +70,7 @@ def test_c(model, unusual, plant, random_states, tmp_path):
         ({"model": OWN._replace(name="my model")}, "my model"),
         *(({"name": name}, "--name '") for name in ("my axis", "2nd", "", "a-b", "größe")),
         ({"name": "left__axis", "target": "st"}, "--name 'left__axis'"),
-        ({"target": "casadi", "piston": True}, "--piston"),
+        ({"target": "matlab", "piston": True}, "--piston"),
         ({"target": "fmu", "fmi": 1}, "--fmi 1"),
         *(({"stem": name}, "#include") for name in ('a"b', "a\nb")),  # would reach the code
     ],
@@ -174,7 +174,7 @@ def test_command_writes_or_prints_the_source(export, plant, tmp_path):
     code, out, error = export(to="st", output="m8.st")
     assert (code, error) == (0, "") and "states P_A, P_B; inputs u, x, v\n" in out
     assert {f"m8{end}" for end in (".st", "_test.st", ".xml")} <= {path.name for path in tmp_path.iterdir()}
-    assert export(to="casadi") == (0, source("M8", plant, "casadi"), "")
+    assert export(to="matlab") == (0, source("M8", plant, "matlab"), "")
     assert export(output="m8.c", name="left")[0] == 0
     assert {p.name: p.read_bytes() for p in tmp_path.glob("m8*.[ch]")} == exported(
         "M8", N, plant, "c", stem="m8", name="left"
@@ -186,12 +186,12 @@ def test_command_writes_or_prints_the_source(export, plant, tmp_path):
     [
         ({"cylinder": "F"}, "there are D, E"),
         ({"k0": "-1"}, "k_0 = -1"),
-        ({"to": "fortran"}, "there are c, st, matlab, casadi, fmu"),
+        ({"to": "fortran"}, "there are c, st, matlab, fmu"),
         ({"output": "m8.txt"}, "--to c: needs --output FILE.c"),
         ({"to": "fmu"}, "--to fmu: needs --output FILE.fmu"),
         ({"to": "st"}, "--to st: needs --output FILE.st"),
         ({"config": "config/none.yaml"}, "config/none.yaml"),
-        ({"to": "casadi", "output": "."}, "--to casadi: needs --output FILE.py"),
+        ({"to": "matlab", "output": "."}, "--to matlab: needs --output FILE.m"),
         ({"output": "file/out.c"}, "file/out.c: cannot be written"),
     ],
 )

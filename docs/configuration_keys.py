@@ -1,22 +1,13 @@
-"""config/README.md from the schema: ``python -m pneumo.configuration.schema_readme > config/README.md``."""
+"""Write what `pneumo init --keys` prints, every key of the configuration, from the schema: `make numbers`."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import allowed, named_sections, resolved
 
-HEAD = """\
-# Configuration
-
-`pneumo init` writes a commented configuration of a cylinder. Here `paper.yaml` is the paper's study; any
-other file overrides some of its keys, as `smoke.yaml` does: `snakemake -j2 --configfile mine.yaml`.
-
-Keys name their unit. An unknown key, a wrong unit or a value outside its range is refused in one line before
-anything runs.
-
-Written by `python -m pneumo.configuration.schema_readme`; do not edit.
-"""
+KEYS = Path(__file__).parents[1] / "pneumo/configuration/keys.md"
 
 
 def _sections(path: str, node: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -40,10 +31,10 @@ def _row(section: Mapping[str, Any], key: str, field: Mapping[str, Any]) -> str:
     return f"| `{key}` | {limits} | {meaning}{optional} |"
 
 
-def readme() -> str:
+def keys() -> str:
     """Return a table of every key of the configuration, section by section, as Markdown."""
     shown: dict[str, str] = {}  # path of the table by section
-    lines = [HEAD]
+    lines = ["# Keys of a configuration", ""]
     for path, section in _sections("", SCHEMA):
         lines += [f"## {'`' + path + '`' if path else 'Top level'}", ""]
         if (first := shown.setdefault(str(section), path)) != path:
@@ -56,4 +47,4 @@ def readme() -> str:
 
 
 if __name__ == "__main__":
-    print(readme(), end="")
+    KEYS.write_text(keys(), encoding="utf-8")
