@@ -17,7 +17,7 @@ from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import load, study
 from pneumo.equations.system import FULL_ORDER
 from pneumo.export import exported, write_files
-from pneumo.selection.cylinder_template import TEMPLATE, write_template
+from pneumo.selection.cylinder_template import write_template
 from pneumo.selection.plants import configured_plant
 
 FILE = Path("docs/static/strokes.json")
@@ -89,7 +89,7 @@ def sized(plant: Plant, C: float, V_d: float, P_s: float) -> Plant:
 def template_plant() -> Plant:
     """Plant of `pneumo init`'s cylinder."""
     with TemporaryDirectory() as folder:
-        write_template(Path(folder, "my.yaml"), TEMPLATE)
+        write_template(Path(folder, "my.yaml"))
         return configured_plant(study(load(Path(folder, "my.yaml"))))
 
 

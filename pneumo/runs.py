@@ -280,12 +280,6 @@ class Prediction(NamedTuple):
             {"model": self.model},
         )
 
-    def plot(self) -> Figure:
-        """Figure of both pressures; those of the run are `Run.plot`."""
-        from pneumo.publish.figures.run_figure import pressure_figure
-
-        return pressure_figure(self.to_xarray())
-
     def _repr_html_(self) -> str:
         return lines_html(self)
 

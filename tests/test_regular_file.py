@@ -12,7 +12,6 @@ READERS = {
     "table": ["check", "table.yaml"],
     "record": ["fit", "pipe.csv", "--config", "cylinder.yaml"],
     "columns": ["fit", "pipe.csv", "--config", "cylinder.yaml", "--columns", "pipe.csv"],
-    "copied": ["init", "new.yaml", "--from", "pipe.csv"],
 }
 
 

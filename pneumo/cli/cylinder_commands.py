@@ -20,28 +20,19 @@ def init(
     table: Annotated[
         bool, Option("--table", help="put the cylinders in a table: a CSV file of the same name")
     ] = False,
-    source: Annotated[
-        Path | None, Option("--from", help="copy this configuration, such as fitted.yaml of a fit")
-    ] = None,
     keys: Annotated[bool, Option("--keys", help="print every key with its range instead")] = False,
-    trust: Trust = False,
 ) -> None:
     """Write a commented configuration of a cylinder, to edit."""
     if keys:
         return typer.echo(KEYS.read_text(encoding="utf-8"), nl=False)
-    from pneumo.errors import InputError
-    from pneumo.selection.cylinder_template import TEMPLATE, write_table_template, write_template
+    from pneumo.selection.cylinder_template import write_table_template, write_template
 
-    if table and source:
-        raise InputError("--table cannot be combined with --from")
     if table:
         rows = write_table_template(file)
         return typer.echo(
             f"{file}, {rows}: written; edit them, then, in a checkout: snakemake -j2 --configfile {file}"
         )
-    if source:
-        read_configuration([source], trust)
-    write_template(file, source or TEMPLATE)
+    write_template(file)
     return typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
 
 

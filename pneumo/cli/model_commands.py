@@ -45,17 +45,12 @@ def linearise(
     config: Config = None,
     trust: Trust = False,
     as_json: Annotated[bool, Option("--json", help="print A and B as JSON")] = False,
-    plot: Annotated[
-        Path | None,
-        Option(help="draw natural frequency and damping over stroke and pressure into this file (no suffix)"),
-    ] = None,
 ) -> None:
     """Print a linear model of chambers or actuator at a point."""
     import json
 
     from pneumo.equations.system import quantity, rate_unit, rates, system
     from pneumo.errors import InputError
-    from pneumo.linear.linear_analysis import natural_modes, operating_range
     from pneumo.linear.linear_model import linearise as linear_model
     from pneumo.selection.plants import configured_rig
 
@@ -88,11 +83,6 @@ def linearise(
     if moving:
         typer.echo(f"note: the point is not an equilibrium: {', '.join(moving)}", err=True)
     A, B = ([[float(rate) for rate in row] for row in matrix] for matrix in (linear.A, linear.B))
-    if plot is not None:
-        from pneumo.publish.figures.modes_figure import modes_figure
-        from pneumo.publish.style import save
-
-        save(modes_figure(natural_modes(model, n, plant, *operating_range(plant))), plot)
     if as_json:
         return typer.echo(json.dumps({"states": names.states, "inputs": names.inputs, "A": A, "B": B}))
     heads = [f"{name} ({quantity(name)[0]})" for name in (*names.states, *names.inputs)]

@@ -8,22 +8,9 @@ from typer import Argument, Option
 if TYPE_CHECKING:
     from pneumo.configuration.schema import Configuration
 
-
-def as_spelt(names: Any) -> Any:
-    """Refuse a model's name with wrong upper or lower case, such as m8, and say which one is meant."""
-    from pneumo.errors import InputError
-    from pneumo.physics.models import MODELS
-
-    spelt = {known.lower(): known for known in (*MODELS, "full")}
-    for name in [names] if isinstance(names, str) else names or ():
-        if spelt.get(name.lower(), name) != name:
-            raise InputError(f"model {name!r}: no such model, perhaps {spelt[name.lower()]}")
-    return names
-
-
 PAPER = Path("config/paper.yaml")  # in a checkout
-MODEL = Argument(help="one of `pneumo models`, or full for the full-order model", callback=as_spelt)
-MODELS_OF_FIT = Option("--model", help="one of `pneumo models`; may be repeated [all]", callback=as_spelt)
+MODEL = Argument(help="one of `pneumo models`, or full for the full-order model")
+MODELS_OF_FIT = Option("--model", help="one of `pneumo models`; may be repeated [all]")
 Config = Annotated[
     list[Path] | None,
     Option(

@@ -1,1 +1,1 @@
-"""Linear models at an operating point: modes and stable steps."""
+"""Linear models at an operating point, and a filter that estimates pressures."""

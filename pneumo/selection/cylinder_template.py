@@ -14,12 +14,9 @@ TEMPLATE = Path(__file__).parent / "templates" / "cylinder.yaml"
 STROKES = {"first": 160, "second": 80}  # mm, of the rows of the template table
 
 
-def write_template(file: Path, source: Path = TEMPLATE) -> None:
-    """Write a copy of the commented configuration, or of another one.
-
-    `InputError` if the file already exists or cannot be written.
-    """
-    _write_new({file: source.read_text(encoding="utf-8-sig")})
+def write_template(file: Path) -> None:
+    """Write the commented configuration; `InputError` if the file already exists or cannot be written."""
+    _write_new({file: TEMPLATE.read_text(encoding="utf-8")})
 
 
 def write_table_template(file: Path) -> Path:

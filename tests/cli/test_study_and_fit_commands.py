@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 from bad_input import assert_one_line
-from checkout import ROOT
 
 import pneumo
 from pneumo.configuration.parameters import load, sonic_conductance, study
@@ -38,16 +37,6 @@ def test_init_then_study(inside, tmp_path):
     assert code == 0 and (tmp_path / "one" / "study.nc").exists()
 
 
-def test_a_configuration_begins_with_another_as_it_is_if_it_is_one(inside, tmp_path):
-    text = "# found\n" + (ROOT / "config/paper.yaml").read_text(encoding="utf-8")
-    (tmp_path / "fitted.yaml").write_text(text, encoding="utf-8")
-    assert inside("init", "next.yaml", "--from", "fitted.yaml")[0] == 0
-    assert (tmp_path / "next.yaml").read_text(encoding="utf-8") == text
-    (tmp_path / "fitted.yaml").write_text("cylinders: 3")
-    code, _, told = inside("init", "third.yaml", "--from", "fitted.yaml")
-    assert code == 2 and "fitted.yaml: " in told and not (tmp_path / "third.yaml").exists()
-
-
 WRONG = {
     "no file": (["study"], "Missing argument 'files'"),
     "absent file": (["study", "none.yaml"], "none.yaml: cannot be read"),
@@ -62,7 +51,6 @@ WRONG = {
     "foreign page": (["study", "cylinder.yaml", "-o", "foreign"], "study.html: not written by"),
     "init twice": (["init", "cylinder.yaml"], "already exists; not overwritten"),
     "init into a folder": (["init", "foreign"], "already exists; not overwritten"),
-    "init from and table": (["init", "a.yaml", "--from", "cylinder.yaml", "--table"], "cannot be combined"),
     "init too much": (["init", "a.yaml", "b.yaml"], "unexpected extra argument"),
     "wrong unit": (["study", "cylinder.yaml", "wrong.yaml"], "cylinders.mine.stroke_cm = 16: unknown key"),
 }

@@ -29,18 +29,3 @@ def run_figure(run: xr.Dataset) -> Figure:
     panels[-1].set_xlabel(axis_label("$t$", "s"))
     panels[-1].set_xlim(float(t[0]), float(t[-1]))
     return fig
-
-
-@paper_style()
-def pressure_figure(prediction: xr.Dataset) -> Figure:
-    """Pressures of a replay over time; `prediction` is from `pneumo.runs.Prediction.to_xarray`."""
-    fig = new_figure(DOUBLE_MM, 60)
-    ax = fig.subplots()
-    for chamber, color in zip("AB", (ACCENT, INK), strict=True):
-        pressure = prediction["P"].sel(chamber=chamber) / KILO
-        ax.plot(prediction["t"], pressure, color=color, lw=0.8, label=f"chamber {chamber}")
-    ax.set_title(prediction.attrs["model"])
-    ax.set_ylabel(axis_label("$P$", "kPa"))
-    ax.set_xlabel(axis_label("$t$", "s"))
-    ax.legend(loc="upper right", ncols=2)
-    return fig
