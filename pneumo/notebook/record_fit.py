@@ -38,7 +38,7 @@ from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS, PART
 from pneumo.notebook.export_model import export_model
 from pneumo.physics.models import MODELS
-from pneumo.publish.figures.fit_figures import pair_figure, residual_figure
+from pneumo.publish.figures.fit_figures import residual_figure
 from pneumo.publish.pages.fit_page import fit_page
 from pneumo.quantities.table import FULL_ORDER, QUANTITIES
 from pneumo.selection.plants import configured_plant
@@ -136,13 +136,6 @@ class RecordFit:
         models = self.result.models
         model = FULL_ORDER if FULL_ORDER in models else models[0]
         return self.result.correlation(model)
-
-    def plot_pairs(self, model: str | None = None) -> Figure:
-        """Figure of the intervals of a model's parameters and of the regions of each pair.
-
-        By default of the full order, or else of the best model.
-        """
-        return pair_figure(self.result, model or self.result.model_of_rig)
 
     def export(
         self, file: Path | str, model: str = FULL_ORDER, to: str = "c", name: str | None = None

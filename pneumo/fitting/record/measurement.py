@@ -26,17 +26,15 @@ from pneumo.fitting.record.columns import (
 from pneumo.fitting.record.formats import read_channels
 from pneumo.fitting.record.plausibility import (
     UNEVEN,
-    Event,
     above_supply,
     check_clock,
     check_signals,
-    events,
     range_note,
     saturated,
     until_it_stops,
 )
 from pneumo.fitting.record.series import Series, series
-from pneumo.fitting.record.units import Surroundings, gauge_zero
+from pneumo.fitting.record.units import Surroundings
 
 SENSORS = ("x", "P_A", "P_B")
 FLOWS = ("m_A", "m_B")  # instead of u
@@ -68,7 +66,6 @@ class Measurement(NamedTuple):
     P_s: np.ndarray | None = None  # Pa, absolute supply pressure, where it was measured
     begins: tuple[int, ...] = (0,)  # first samples of parts of several records, one after another
     channels: tuple[str, ...] = ()  # how each channel was read, a line each
-    events: tuple[Event, ...] = ()
     used: np.ndarray | None = None  # whether a fit compares each pressure, by (chamber, sample); None: all
     gauge: tuple[str, ...] = ()  # pressures that were measured against the configured atmosphere
 
@@ -194,7 +191,6 @@ def read_measurement(
     if not closed:
         notes += above_supply(values["x"], P, plant.conditions.P_s if P_s is None else P_s, plant)
     ordered = [signals[quantity] for quantity in ORDER if quantity in signals]
-    gauges = tuple(s.quantity for s in ordered if s.quantity.startswith("P_") and "gauge" in s.text)
     return Measurement(
         name=str(path),
         period=period,
@@ -207,9 +203,8 @@ def read_measurement(
         closed=closed,
         P_s=P_s,
         channels=tuple(map(_line, ordered)),
-        events=tuple(event for signal in ordered for event in events(signal, plant, grid[0])),
         used=used,
-        gauge=gauges if gauge_zero(around.P_atm) == around.P_atm else (),
+        gauge=tuple(s.quantity for s in ordered if s.quantity.startswith("P_") and "gauge" in s.text),
     )
 
 

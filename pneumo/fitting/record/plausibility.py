@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from pneumo.errors import InputError
 from pneumo.fitting.record.channel import refuse
 from pneumo.fitting.record.sensor_faults import at_end_of_range, stopped
 from pneumo.fitting.record.series import Series
-from pneumo.fitting.record.units import LENGTHS, PRESSURES, gauge_zero
+from pneumo.fitting.record.units import LENGTHS, PRESSURES
 
 SHORTEST = 1e-5  # s, between samples
 LONGEST, LONGEST_CLOSED = 0.1, 10.0  # chambers fill within a second; closed ones settle within minutes
@@ -27,19 +26,9 @@ LEAST_AT_WORK = 0.25
 TOO_LARGE = 3.0  # pressure over what is possible at which another unit is likelier
 MOST_DROP_OUTS = 0.01  # fraction of samples, as many as may be missing
 LEAST_TRAVEL = 0.02  # of half the stroke, that a piston at work moves
-JITTER, MOST_EVENTS = 0.1, 200  # of a period; of a signal
 AT_STOP = 0.02  # of half the stroke, from a stop
 ABOVE, OFTEN = 1.02, 0.01  # pressure over the supply's that no sensor's error explains; of the time
 OF_LOOP = 1.04  # of u_max, that the ends of a current loop reach at most
-
-
-class Event(NamedTuple):
-    """Part of a record in which a signal is doubtful."""
-
-    quantity: str
-    kind: str  # "saturated", "dropout", "jitter" or "held"
-    begin: float  # s
-    end: float
 
 
 def check_clock(path: Path, signal: Series, closed: bool, *, sensor: bool) -> None:
@@ -63,30 +52,9 @@ def check_clock(path: Path, signal: Series, closed: bool, *, sensor: bool) -> No
         refuse(path, signal.clock, "t", later[steps > GAP * usual], gap)
 
 
-def events(signal: Series, plant: Plant, start: float) -> list[Event]:
-    """Parts in which a signal is doubtful; their times are from `start`, s."""
-    t = signal.t - start
-    found = list[tuple[str, float, float]]()
-    if not signal.held:
-        steps = np.diff(t) / signal.period
-        found += [("dropout", t[k], t[k + 1]) for k in np.flatnonzero(steps > 1.5)]
-        uneven = np.abs(steps - 1)
-        if np.mean((uneven > JITTER) & (uneven < 0.5)) > OFTEN:
-            found.append(("jitter", t[0], t[-1]))
-        unchanged = np.diff(np.flatnonzero(np.diff(signal.values)))
-        usual = int(np.median(unchanged)) if len(unchanged) > 20 else 1
-        if usual > 1 and np.mean(unchanged % usual == 0) > 0.8:
-            found.append(("held", t[0], t[-1]))
-    edges = np.flatnonzero(np.diff(saturated(signal, plant), prepend=False, append=False))
-    found += [("saturated", t[a], t[b - 1]) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    return [Event(signal.quantity, kind, float(a), float(b)) for kind, a, b in found[:MOST_EVENTS]]
-
-
 def saturated(signal: Series, plant: Plant) -> np.ndarray:
-    """Whether a sample is beyond the limiter, or at an end of its sensor's range."""
+    """Whether a sample is at an end of its sensor's range."""
     values, c = signal.values, plant.conditions
-    if signal.quantity == "u":
-        return np.abs(values) > plant.valve.u_max
     if signal.quantity == "x":  # a piston rests at its stops
         return at_end_of_range(values, (values.min(), values.max()))
     rests = (c.P_s, c.P_atm)
@@ -220,7 +188,7 @@ def _check_pressure(path: Path, signal: Series, plant: Plant, closed: bool) -> l
     P, c, name = signal.values, plant.conditions, signal.quantity
     low, top = np.percentile(P, (1, 99))
     gauge = signal.text.endswith("gauge")
-    zero, least = (gauge_zero(c.P_atm), (1 + LEAST_GAUGE) * c.P_atm) if gauge else (0.0, 0.0)
+    zero, least = (c.P_atm, (1 + LEAST_GAUGE) * c.P_atm) if gauge else (0.0, 0.0)
     hint = _other_unit(
         signal, PRESSURES, zero, lambda a, b: 0.5 * c.P_atm < a and least <= b < OF_SUPPLY * c.P_s
     )

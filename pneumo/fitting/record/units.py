@@ -82,20 +82,12 @@ RANGE = re.compile(
 ON_OFF = "0/1"
 RANGES = {"mA": "mA 4..20", **dict.fromkeys((ON_OFF, "bool", "boolean", "logical", "on/off"), "0..1")}
 FULL_SCALE = re.compile(r"(?:%|percent)(?:\s*(?:of\s+)?(?:FS|F\.S|full[\s-]?scale))?", re.IGNORECASE)
-STANDARD_ATMOSPHERE = 101325.0  # Pa
-
-
-def gauge_zero(P_port: float) -> float:
-    """Pressure at which a gauge shows zero, Pa: the atmosphere, even where the port is a vacuum line."""
-    from pneumo.configuration.plausible_cylinders import ATMOSPHERE  # not needed to read a file
-
-    return P_port if ATMOSPHERE[0] <= P_port <= ATMOSPHERE[1] else STANDARD_ATMOSPHERE
 
 
 class Surroundings(NamedTuple):
     """Constants of a rig that some units refer to."""
 
-    P_atm: float = STANDARD_ATMOSPHERE  # Pa, at the valve's exhaust
+    P_atm: float = 101325.0  # Pa
     u_max: float = 1.0  # V, command at the end of the valve's range
     R: float = GASES["air"].R  # J/(kg K), of the gas whose volume flow was measured
 
@@ -136,7 +128,7 @@ def _pressure(unit: str, P_atm: float) -> Reading | None:
     if not named or mark.startswith("d"):
         return None
     absolute = mark.startswith("a")
-    offset, kind = (0.0, "absolute") if absolute else (gauge_zero(P_atm), "gauge")
+    offset, kind = (0.0, "absolute") if absolute else (P_atm, "gauge")
     return Reading(PRESSURES[named], offset, f"{named} {kind}")
 
 

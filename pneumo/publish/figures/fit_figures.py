@@ -1,7 +1,5 @@
 """Figures of a record and of its fit: signals, pressures with residuals, and every model's error."""
 
-import itertools
-
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -24,17 +22,12 @@ from pneumo.publish.text.formatting import KILO
 from pneumo.quantities.table import QUANTITIES
 
 MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
-EVENT_COLORS = {"jitter": "#f1c40f", "held": "#95a5a6", "saturated": "#c0392b", "dropout": "#e67e22"}
 LONGEST_LAG = 0.2  # s, of an autocorrelation
-ONE_ALONE, TWO_AT_ONCE = 1.96, 2.448  # standard deviations that hold 95 % of one normal quantity, of two
 
 
 @paper_style()
 def record_figure(record: Measurement) -> Figure:
-    """Signals of a record as the fit reads them: command or flows, position and pressures.
-
-    Parts of a signal that are doubtful are shaded; of a whole signal a strip is.
-    """
+    """Signals of a record as the fit reads them: command or flows, position and pressures."""
     fig = new_figure(DOUBLE_MM, 110)
     panels = fig.subplots(3, 1, sharex=True, height_ratios=[1, 1, 2])
     every = max(1, len(record.t) // MOST_SAMPLES)
@@ -53,19 +46,8 @@ def record_figure(record: Measurement) -> Figure:
     for name, pressure, color in curves:
         panels[2].plot(t, pressure[::every] / KILO, color=color, lw=0.6, label=f"${name}$")
     panels[2].set_ylabel(axis_label("pressure", "kPa"))
-    of_panel = {"u": 0, "m_A": 0, "m_B": 0, "x": 1, "v": 1}
-    for event in record.events:
-        begin, end = event.begin - record.period, event.end + record.period
-        ax = panels[of_panel.get(event.quantity, 2)]
-        label = f"${event.quantity}$ {event.kind}"
-        label = "_" if label in ax.get_legend_handles_labels()[1] else label
-        low = 0.04 * [*EVENT_COLORS].index(event.kind)
-        low, high = (low, low + 0.04) if event.kind in ("jitter", "held") else (0.0, 1.0)
-        color = EVENT_COLORS[event.kind]
-        ax.axvspan(begin, end, low, high, color=color, alpha=0.4, lw=0, zorder=0, label=label)
-    for ax in panels[:2]:
-        if ax.get_legend_handles_labels()[1]:
-            ax.legend(loc="upper right", ncols=4)
+    if record.m is not None:
+        panels[0].legend(loc="upper right", ncols=4)
     panels[2].legend(loc="upper right", ncols=4)
     panels[2].set_xlabel(axis_label("$t$", "s"))
     panels[2].set_xlim(t[0], t[-1])
@@ -125,40 +107,6 @@ def diagnosis_figure(fit: FitResult) -> Figure:
     below.set_xticks(range(len(names)), map(str, range(1, len(names) + 1)))
     below.set_yticks(range(len(names)), names)
     below.set_title(f"correlation of {model}'s parameters: red 1, blue -1")
-    return fig
-
-
-@paper_style()
-def pair_figure(fit: FitResult, model: str) -> Figure:
-    """Intervals of a model's parameters on the diagonal; below it 95 % regions of each pair.
-
-    The regions are ellipses from the 95 % intervals and the correlation.
-    """
-    table, intervals = fit.correlation(model), fit.estimates(model)
-    names = [name for name in map(str, table.index) if intervals[name].known]
-    fig = new_figure(DOUBLE_MM, DOUBLE_MM)
-    axes = fig.subplots(len(names), len(names), squeeze=False, sharex="col")
-    angle = np.linspace(0, 2 * np.pi, 100)
-    shown = {name: intervals[name].scaled(QUANTITIES[name].factor) for name in names}
-    half = {name: (of.high - of.low) / 2 for name, of in shown.items()}
-    for (i, below), (j, across) in itertools.product(enumerate(names), repeat=2):
-        ax, x = axes[i, j], shown[across]
-        if j > i:
-            ax.set_visible(False)
-        elif i == j:
-            ax.plot([x.low, x.high], [0, 0], color=INK)
-            ax.plot(x.value, 0, "o", color=ACCENT)
-            ax.set_yticks([])
-        else:
-            r, y = float(table.loc[below, across]), shown[below]
-            scale = TWO_AT_ONCE / ONE_ALONE
-            rise = r * np.cos(angle) + (1 - r**2) ** 0.5 * np.sin(angle)
-            ax.plot(x.value + scale * half[across] * np.cos(angle), y.value + scale * half[below] * rise)
-            ax.plot(x.value, y.value, "o", color=ACCENT)
-        if j == 0:
-            ax.set_ylabel(axis_label(QUANTITIES[below].heading, QUANTITIES[below].shown_unit))
-        if i == len(names) - 1:
-            ax.set_xlabel(axis_label(QUANTITIES[across].heading, QUANTITIES[across].shown_unit))
     return fig
 
 

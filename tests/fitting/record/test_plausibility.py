@@ -180,24 +180,6 @@ def test_a_vented_gauge_and_positions_from_the_end_are_no_mistakes(tmp_path):
     np.testing.assert_allclose(read(table(x_m=X + HALF), tmp_path, from_end=True).x, X, atol=1e-12)
 
 
-EVENTS = [
-    (lambda: at([50, 51], ""), ("x", "dropout", T[49], T[52])),
-    (lambda: table(P_A_Pa=np.minimum(P, np.percentile(P, 90))), ("P_A", "saturated", None, None)),
-    (lambda: table(u_V=10.5 * np.cos(20 * T)), ("u", "saturated", 0.0, None)),
-    (lambda: table(x_m=np.repeat(X[::4], 4)), ("x", "held", 0.0, T[-1])),
-    (lambda: table(t_s=T + PERIOD * 0.2 * (np.arange(ROWS) % 2)), ("x", "jitter", 0.0, None)),
-]
-
-
-@pytest.mark.parametrize(("frame", "expected"), EVENTS)
-def test_doubtful_parts_are_marked(tmp_path, frame, expected):
-    assert read(table(), tmp_path).events == ()
-    events = [event for event in read(frame(), tmp_path).events if event[:2] == expected[:2]]
-    assert events
-    for found, wanted in zip(events[0][2:], expected[2:], strict=True):
-        assert wanted is None or found == pytest.approx(wanted, abs=1e-9)
-
-
 def test_a_pressure_above_the_supply_is_noted_only_where_the_piston_rests(tmp_path):
     resting = np.where(T < 0.4, X, written.plant().cylinder.x_max)
     high = np.where((T > 0.5) & (T < 0.6), 1.2 * C.P_s + 1e3 * np.sin(20 * T), P)
