@@ -67,7 +67,7 @@ def inapplicable(
 ) -> str:
     """Why one of `CHOICES` cannot be fitted to a record; empty if it can."""
     column = signals.P_s is not None
-    absolute = "P_A" not in (signals.gauge if isinstance(signals, Measurement) else signals.zeros)
+    absolute = "P_A" not in signals.zeros
     reasons = {
         "P_s": f"{record} has the supply pressure as a column" * column,
         "sag": f"{record} has the supply pressure as a column, which shows its sag" * column,

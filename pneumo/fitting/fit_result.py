@@ -135,7 +135,11 @@ class FitResult:
 
     def on_bound(self, model: str) -> bool:
         """Whether a parameter of a model is on a bound of the search."""
-        return "at_bound" in self.data and bool(self.data["at_bound"].sel(model=model).any())
+        return bool(self.data["at_bound"].sel(model=model).any())
+
+    def error(self, model: str) -> float:
+        """Root mean square error of a model on the part held out, Pa, over both chambers."""
+        return rms_of_chambers(self.data["rms_held_out"].sel(model=model).values)
 
     @property
     def model_of_rig(self) -> str:
@@ -160,8 +164,6 @@ class FitResult:
 
     def held(self, model: str) -> set[str]:
         """Parameters of a model that the record leaves open: as configured, with the others fitted so."""
-        if "held" not in self.data:
-            return set()
         marked = self.data["held"].sel(model=model)
         return {*self.data["parameter"].values[marked.values == 1].tolist()}
 
@@ -231,10 +233,14 @@ def fit_data(
         about = {"long_name": f"root mean square error on the part {part}", "units": "Pa"}
         return ("model", "chamber"), np.array([getattr(e, field) for e in every]), about
 
+    end = "end of the 95 per cent interval, in parameter_unit; NaN where open"
     data = xr.Dataset(
         {
             "rms_fitted": errors("rms", "fitted"),
             "rms_held_out": errors("held_out", "held out"),
+            "estimate": (by_parameter, of_parameters("values"), {"long_name": "estimate, in parameter_unit"}),
+            "low": (by_parameter, of_parameters("low"), {"long_name": f"lower {end}"}),
+            "high": (by_parameter, of_parameters("high"), {"long_name": f"upper {end}"}),
             "at_bound": (by_parameter, marks("at_bound"), {"long_name": "1: on a bound of the search"}),
             "held": (by_parameter, marks("held"), {"long_name": "1: as configured, the others fitted so"}),
             "pressure": (("model", *chambers), np.array([e.pressure for e in every])),
@@ -249,12 +255,6 @@ def fit_data(
             "t": m.t,
         },
     )
-    for name, of_estimate, text in (
-        ("estimate", "values", "estimate, in parameter_unit"),
-        ("low", "low", "lower end of the 95 per cent interval, in parameter_unit; NaN where open"),
-        ("high", "high", "upper end of the 95 per cent interval, in parameter_unit; NaN where open"),
-    ):
-        data[name] = by_parameter, of_parameters(of_estimate), {"long_name": text}
     if m.m is None:
         data["u"] = "t", m.u
     else:

@@ -108,23 +108,6 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
     return result
 
 
-def moves(shifts: Mapping[str, float], expected: Mapping[str, float], factor: float = 1.0) -> bool:
-    """Whether a shift of a parameter exceeds `factor` times `TOLERATED`, and half of its `expected` interval.
-
-    Both are on the scale of the search; the interval is from noise and configuration alone.
-    """
-    return any(
-        shifts.get(name, 0.0) > max(factor * most, expected.get(name, 0.0))
-        for name, most in TOLERATED.items()
-    )
-
-
-def _either(texts: Sequence[str], change: str) -> str:
-    """Causes of which each would explain a residual."""
-    tied = ": this record cannot tell which" if len(texts) > 1 else ""
-    return f"{' or '.join(texts)} {change}{tied}"
-
-
 def doubtful(
     split: Sequence[Residual],
     remainder: Mapping[str, float],
@@ -132,31 +115,28 @@ def doubtful(
     factor: float = 1.0,
     least: float = 0.0,
 ) -> bool:
-    """Whether residuals that are not noise may move a parameter too far: `remainder` has such shifts.
+    """Whether residuals that are not noise may move a parameter too far.
 
-    Residuals below `least`, Pa, do not count: a configuration within its accuracy can leave them.
+    Shifts, in `remainder`, are too far beyond `factor` times `TOLERATED` and half of the interval from noise
+    and configuration alone, in `expected`; all are on the scale of the search. Residuals below `least`, Pa,
+    do not count: a configuration within its accuracy can leave them.
     """
     seen = any(residual.coloured > max(SEEN * residual.noise, least) for residual in split)
-    return seen and moves(remainder, expected, factor)
+    return seen and any(
+        remainder.get(name, 0.0) > max(factor * most, expected.get(name, 0.0))
+        for name, most in TOLERATED.items()
+    )
 
 
 def odd_residual_warning(name: str, of_chambers: Mapping[str, Residual], estimate: Estimate) -> FitWarning:
     """Warning of residuals that are not noise; it concerns the parameters that they may move too far."""
-    split = list(of_chambers.values())
-    if doubtful(split, estimate.remainder, estimate.expected, DISTRUST):
+    split, remainder = list(of_chambers.values()), estimate.remainder
+    if doubtful(split, remainder, estimate.expected, DISTRUST):
         return FitWarning(residual_warning(name, of_chambers))
-    moved = [p for p, half in estimate.remainder.items() if half > estimate.expected[p] and p not in STARTS]
-    return FitWarning(residual_warning(name, of_chambers, remainder_effect(estimate)), *moved)
-
-
-def remainder_effect(estimate: Estimate) -> str:
-    """Text on how far residuals of the full order that are not noise may move parameters."""
-    moved = [
-        f"{QUANTITIES[name].heading} by {100 * np.expm1(estimate.remainder[name]):.0f} %"
-        for name in TOLERATED
-        if name in estimate.remainder
-    ]
-    return f"this moves {', '.join(moved)}, or more"
+    moved = [p for p, half in remainder.items() if half > estimate.expected[p] and p not in STARTS]
+    shifts = {p: f"{100 * np.expm1(remainder[p]):.0f} %" for p in TOLERATED if p in remainder}
+    effects = ", ".join(f"{QUANTITIES[p].heading} by {shift}" for p, shift in shifts.items())
+    return FitWarning(residual_warning(name, of_chambers, f"this moves {effects}, or more"), *moved)
 
 
 def residual_warning(name: str, residual_of: Mapping[str, Residual], effect: str = UNTRUSTED) -> str:
@@ -208,8 +188,9 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], estimate: Estima
     least = min(after for after, *_ in explained.values())
     alike = [one for one in sorted(explained.values()) if one[0] <= max(TIED * least, SEEN * noise)]
     change = f"would reduce what is not noise from {before / 1e3:.2g} to {least / 1e3:.2g} kPa rms"
+    tied = ": this record cannot tell which" if len(alike) > 1 else ""
     concerned = dict.fromkeys(name for *_, moved in alike for name in moved)
-    return [FitWarning(_either([text for _, text, _ in alike], change), *concerned)]
+    return [FitWarning(f"{' or '.join(text for _, text, _ in alike)} {change}{tied}", *concerned)]
 
 
 def _coloured(split: Sequence[Residual]) -> float:

@@ -13,7 +13,7 @@ from pneumo.configuration.priors import SIGMAS, Uncertain, uncertainties
 from pneumo.configuration.schema import Configuration, CylinderSection, ValveSection
 from pneumo.configuration.valve_conversions import CONVERSIONS
 from pneumo.errors import printable
-from pneumo.fitting.fit_result import FitResult, rms_of_chambers
+from pneumo.fitting.fit_result import FitResult
 from pneumo.fitting.on_signals import offset
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.valve_signal import ROWS, largest_command, valve_curve
@@ -78,7 +78,7 @@ def fitted_configuration(
         notes.append(f"T = {measured.T:.2f} K, measured")
     if measured.P_s is not None:
         values = {name: interval.value for name, interval in estimates.items()}
-        off = offset(dict.fromkeys(measured.gauge, plant.conditions.P_atm), values, "P_s")
+        off = offset(measured.zeros, values, "P_s")
         supply, varies = float(measured.P_s.mean()) - off, float(measured.P_s.std())
         content["supply"]["P_s_Pa"] = _rounded(supply)
         less = ", less its sensor's offset" if off else ""
@@ -116,7 +116,7 @@ def fitted_configuration(
     content["name"] = content["name"][: LONGEST_NAME - len(SUFFIX)] + SUFFIX
     heading = [
         f"Cylinder {cylinder} as fitted to {printable(record)} by {rig}, which is off by"
-        f" {_held_out_error(fit, rig)} on the part held out.",
+        f" {fit.error(rig) / 1e3:.3g} kPa rms on the part held out.",
         *(f"WARNING: {text}" for text in fit.warnings),
         "As replayed, with 95 % intervals over all laws of the wall:",
         *(f"  {note}" for note in notes),
@@ -126,17 +126,13 @@ def fitted_configuration(
     return "".join(f"# {line}\n" for line in heading) + body
 
 
-def _held_out_error(fit: FitResult, model: str) -> str:
-    return f"{rms_of_chambers(fit.data['rms_held_out'].sel(model=model).values) / 1e3:.3g} kPa rms"
-
-
 def _best_model_lines(fit: FitResult) -> list[str]:
     """Lines on the best reduced model, with the options that export it."""
     best = fit.best_model
     exported = {name: interval for name, interval in fit.estimates(best).items() if name in EXPORTED}
     values = [f"{name} = {_text(interval)}" for name, interval in exported.items()]
     options = [f"--{EXPORTED[name]} {_rounded(interval.value)}" for name, interval in exported.items()]
-    line = f"Best reduced model: {best}, off by {_held_out_error(fit, best)}"
+    line = f"Best reduced model: {best}, off by {fit.error(best) / 1e3:.3g} kPa rms"
     lines = [f"{line}, with its own {', '.join(values)}" if values else line]
     if values and not fit.on_bound(best):
         lines.append(f"  for export and linearise: {best} {' '.join(options)}")
@@ -275,10 +271,7 @@ def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Unce
         known = [name for name in names if name in joint.index and name not in unknown]
         at = [names.index(name) for name in known]
         covariance[np.ix_(at, at)] = joint.loc[known, known]
-    errors = {
-        "full order" if model == FULL_ORDER else model: rms_of_chambers(held_out) / 1e3
-        for model, held_out in zip(fit.models, fit.data["rms_held_out"].values, strict=True)
-    }
+    errors = {"full order" if model == FULL_ORDER else model: fit.error(model) / 1e3 for model in fit.models}
     return {
         "quantities": [QUANTITIES[name].study_name for name in names],
         "covariance": [[float(f"{value:.12g}") for value in row] for row in covariance.tolist()],

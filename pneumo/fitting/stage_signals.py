@@ -152,5 +152,5 @@ def stage_signals(measurement: Measurement, plant: Plant, command: Sampling = HE
         P_s=None if m.P_s is None else np.interp(at, t, m.P_s),
         flow=None if m.m is None else np.stack([np.interp(at, t, side) for side in m.m], axis=-1),
         begins=m.begins,
-        zeros=dict.fromkeys(m.gauge, plant.conditions.P_atm),
+        zeros=m.zeros,
     )

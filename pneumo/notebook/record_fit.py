@@ -27,7 +27,7 @@ from pneumo.configuration.schema import Configuration
 from pneumo.equations.named_model import model_row
 from pneumo.errors import InputError, printable
 from pneumo.fitting.closed.closed_fit import fit_closed
-from pneumo.fitting.fit_result import FitResult, first_words, rms_of_chambers
+from pneumo.fitting.fit_result import FitResult, first_words
 from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.measurement_fit import fit_measurement, fitted_too, validation
 from pneumo.fitting.mistaken_columns import check_columns
@@ -111,11 +111,7 @@ class RecordFit:
     def __repr__(self) -> str:
         """Text of at most ten lines: errors on the part held out, the rig's parameters, warnings."""
         result = self.result
-        held_out = result.data["rms_held_out"]
-        errors = [
-            f"{model} {rms_of_chambers(held_out.sel(model=model).values) / 1e3:.3g}"
-            for model in result.models[:4]
-        ]
+        errors = [f"{model} {result.error(model) / 1e3:.3g}" for model in result.models[:4]]
         lines = [f"fit of {self.measurement.name}: RMS error held out (kPa): {', '.join(errors)}"]
         for name, interval in list(result.estimates(result.model_of_rig).items())[:6]:
             quantity = QUANTITIES[name]
@@ -299,7 +295,7 @@ def fit(
     if measurement.closed:
         for name in [name for name, given in (("models", models), ("also", also)) if given]:
             raise InputError(f"{name}: the fit of closed chambers has no such choice; leave it out")
-        rest = measurement.since(closed_from)
+        rest = measurement.part(int(np.searchsorted(measurement.t, closed_from)))
         if len(rest.u) < FEWEST_SAMPLES:
             left = f"leaves {len(rest.u)} samples of {measurement.t[-1]:g} s"
             raise InputError(f"--closed-from {closed_from:g} s: {left}: must be at least {FEWEST_SAMPLES}")
@@ -311,7 +307,7 @@ def fit(
         if not trust:
             for file in records:
                 check_columns(file, plant, command=rule)
-        unmeasured = ["P_atm"] if "P_A" in measurement.gauge else []
+        unmeasured = ["P_atm"] if "P_A" in measurement.zeros else []
         unmeasured += [] if np.isfinite(measurement.T) else ["T_amb", "T_in"]
         result = fit_measurement(
             measurement,

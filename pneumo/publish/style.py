@@ -9,11 +9,9 @@ from typing import Literal
 
 import matplotlib as mpl
 from matplotlib import rc_params_from_file
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from pneumo.storage.files import atomic
 
@@ -74,13 +72,6 @@ def symbol(name: str) -> str:
     ('$M_{10}$', '$E_{6}$')
     """
     return f"${name[0]}_{{{int(name[1:])}}}$" if name[1:].isdigit() else name
-
-
-def one_two_five(axis: Axis) -> None:
-    """Label 1, 2 and 5 of every decade of a logarithmic axis."""
-    axis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0), numticks=20))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
 
 
 def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:

@@ -70,7 +70,7 @@ def test_one_chamber_filled_and_the_other_vented_and_then_shut_show_k_0(plant):
     cylinder = plant.cylinder._replace(x_min=-1e-4, x_max=1e-4)
     shut = np.where(np.arange(6000) < 100, 10.0, 0.0)
     run = pneumo.simulate(plant._replace(k_0=0.5, cylinder=cylinder), 1e-3, command=shut)
-    still = measured(run.x, np.array([run.P_A, run.P_B]), 1e-3, 2, 100.0).since(0.2)
+    still = measured(run.x, np.array([run.P_A, run.P_B]), 1e-3, 2, 100.0).part(200)
     fit = fit_closed(still, plant)
     assert fit.models[0] == EXACT
     assert_found(fit, k_0_A=0.5, k_0_B=0.5)

@@ -53,7 +53,14 @@ def written(values, folder, **more):
 
 def replayed(run, values):
     """Pressures of the fit's replay on the motion of a run, as a gauge would show them, Pa."""
-    m = Measurement("m.csv", H, U, run.x, np.array([run.P_A, run.P_B]), gauge=("P_A", "P_B"))
+    m = Measurement(
+        "m.csv",
+        H,
+        U,
+        run.x,
+        np.array([run.P_A, run.P_B]),
+        zeros=dict.fromkeys(("P_A", "P_B"), RIG.conditions.P_atm),
+    )
     signals = stage_signals(m, RIG)._replace(largest=np.abs(U).max())
     values = dict.fromkeys(VALVE, 0.0) | values
     problem = Problem(FULL, RIG, signals, {}, tuple(name for name in values if name in ALSO))

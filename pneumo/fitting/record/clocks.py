@@ -22,15 +22,10 @@ PERIODS = re.compile(  # names without signs and spaces
     "|timestep|hresolution|xincrement"
 )
 RATES = re.compile("sampl(e|ing)(rate|frequency)|fs|rate|samplespersecond")
-FREQUENCIES = {
-    "": 1.0,
-    "hz": 1.0,
-    "khz": 1e3,
-    "mhz": 1e6,
-    "s/s": 1.0,
-    "sa/s": 1.0,
-    "ksa/s": 1e3,
-    "msa/s": 1e6,
+FREQUENCIES = {  # in small letters
+    **dict.fromkeys(("", "hz", "s/s", "sa/s"), 1.0),
+    **dict.fromkeys(("khz", "ksa/s"), 1e3),
+    **dict.fromkeys(("mhz", "msa/s"), 1e6),
 }
 ODD_UNITS = (  # of clocks whose unit nobody wrote: least and largest value, unit, name
     (2e4, 8e4, "d", "days of Excel"),

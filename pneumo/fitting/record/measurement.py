@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -67,7 +68,7 @@ class Measurement(NamedTuple):
     begins: tuple[int, ...] = (0,)  # first samples of parts of several records, one after another
     channels: tuple[str, ...] = ()  # how each channel was read, a line each
     used: np.ndarray | None = None  # whether a fit compares each pressure, by (chamber, sample); None: all
-    gauge: tuple[str, ...] = ()  # pressures that were measured against the configured atmosphere
+    zeros: Mapping[str, float] = MappingProxyType({})  # Pa, at which a gauge was taken to read 0, by pressure
 
     @property
     def t(self) -> np.ndarray:
@@ -79,10 +80,6 @@ class Measurement(NamedTuple):
         chosen = slice(first, last if last is None else last + 1)
         m, P_s, used = (s if s is None else s[..., chosen] for s in (self.m, self.P_s, self.used))
         return self._replace(u=self.u[chosen], x=self.x[chosen], P=self.P[:, chosen], P_s=P_s, m=m, used=used)
-
-    def since(self, begin: float) -> "Measurement":
-        """The rest of the measurement, from the time `begin` on, s."""
-        return self.part(int(np.searchsorted(self.t, begin)))
 
 
 def read_series(
@@ -204,7 +201,7 @@ def read_measurement(
         P_s=P_s,
         channels=tuple(map(_line, ordered)),
         used=used,
-        gauge=tuple(s.quantity for s in ordered if s.quantity.startswith("P_") and "gauge" in s.text),
+        zeros={s.quantity: around.P_atm for s in ordered if s.text.endswith(" gauge")},
     )
 
 

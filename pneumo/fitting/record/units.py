@@ -66,7 +66,7 @@ PLAIN = str.maketrans(
     {"°": "deg", "µ": "u", "μ": "u", "²": "2", "³": "3", "–": "-", "−": "-", "…": "...", "℃": "degC"}
 )
 MARKED = re.compile(
-    r"(?P<unit>.+?)[\s_.,-]*[\[(]?(?P<mark>absolute|abs|a|gauge|gage|g|relative|rel|ü|eff|e|differential|diff|d)\.?[\])]?",
+    r"(?P<unit>.+?)[\s_.,-]*[\[(]?(?P<mark>absolute|abs|a|gauge|gage|g|relative|rel|ü|eff|e)\.?[\])]?",
     re.IGNORECASE,
 )
 VOLUME_FLOW = re.compile(
@@ -125,7 +125,7 @@ def _pressure(unit: str, P_atm: float) -> Reading | None:
     marked = None if unit_name(unit, PRESSURES) else MARKED.fullmatch(unit)
     named = unit_name(marked["unit"].strip() if marked else unit, PRESSURES)
     mark = marked["mark"].lower() if marked else "a"
-    if not named or mark.startswith("d"):
+    if not named:
         return None
     absolute = mark.startswith("a")
     offset, kind = (0.0, "absolute") if absolute else (P_atm, "gauge")
@@ -199,9 +199,7 @@ def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Readin
         return found
     problem = f"unknown unit {unit[:40]!r}" if unit else "no unit in the header"
     hint = ""
-    if quantity.startswith("P_") and MARKED.fullmatch(unit) and unit.lower().endswith(("d", "diff)", "diff")):
-        hint = "; a differential pressure is none of them: against the atmosphere it is bar(g)"
-    elif unit in ("mA", "V", "mV", "%", "counts"):
+    if unit in ("mA", "V", "mV", "%", "counts"):
         hint = "; of a converter, give the unit it measures, and `scale` and `offset`, in --columns"
     return f"{problem}; the units are {CHOICES[quantity]}{hint}"
 

@@ -1,11 +1,10 @@
-"""Figures of a record and of its fit: signals, pressures with residuals, and every model's error."""
+"""Figures of a record and of its fit: signals, pressures with residuals, and correlations."""
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from pneumo.fitting.fit_result import FitResult, rms_of_chambers
+from pneumo.fitting.fit_result import FitResult
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import (
     ACCENT,
     DOUBLE_MM,
@@ -15,7 +14,6 @@ from pneumo.publish.style import (
     SCREEN_MM,
     axis_label,
     new_figure,
-    one_two_five,
     paper_style,
 )
 from pneumo.publish.text.formatting import KILO
@@ -107,24 +105,4 @@ def diagnosis_figure(fit: FitResult) -> Figure:
     below.set_xticks(range(len(names)), map(str, range(1, len(names) + 1)))
     below.set_yticks(range(len(names)), names)
     below.set_title(f"correlation of {model}'s parameters: red 1, blue -1")
-    return fig
-
-
-@paper_style()
-def held_out_figure(fit: FitResult) -> Figure:
-    """Error of every model on the part fitted and on that held out."""
-    fig = new_figure(SCREEN_MM, 20 + 5 * len(fit.models))
-    ax = fig.subplots()
-    for place, model in enumerate(fit.models):
-        part, color = fit.data.sel(model=model), MODEL_LOOKS[model].color if model in MODEL_LOOKS else INK
-        errors = part["rms_fitted"], part["rms_held_out"]
-        fitted, held_out = (rms_of_chambers(rms.values) / KILO for rms in errors)
-        ax.plot([fitted, held_out], [place, place], color=GREY, lw=0.6, zorder=1)
-        ax.plot(fitted, place, ls="none", marker="o", markerfacecolor="white", markeredgecolor=color)
-        ax.plot(held_out, place, ls="none", marker="o", color=color)
-    ax.set_yticks(range(len(fit.models)), fit.models)
-    ax.invert_yaxis()
-    ax.set_xscale("log")
-    one_two_five(ax.xaxis)
-    ax.set_xlabel(axis_label("RMS error; open: fitted, filled: held out", "kPa"))
     return fig

@@ -1,10 +1,10 @@
 """Page of `pneumo fit`: one self-contained HTML file."""
 
 from pneumo.fitting.fit_result import AS_STATED, FitResult
-from pneumo.publish.figures.fit_figures import diagnosis_figure, held_out_figure, residual_figure
+from pneumo.publish.figures.fit_figures import diagnosis_figure, residual_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
-from pneumo.publish.text.fit_text import answer_text, misfit_text, next_experiments
+from pneumo.publish.text.fit_text import answer_text, next_experiments
 from pneumo.publish.text.terminal_tables import RIG_HEADS, RIG_TITLE, fit_heads, fit_rows, rig_rows
 
 # Class and symbol of a light.
@@ -33,10 +33,8 @@ def fit_page(fit: FitResult, name: str) -> str:
         warnings=fit.warnings,
         notes=fit.notes,
         answer=answer_text(fit),
-        misfit=misfit_text(fit),
         experiments=next_experiments(fit),
         lights=LIGHT_LOOKS,
         pressures=image_address(residual_figure(fit), "png"),
         diagnosis=image_address(diagnosis_figure(fit), "png") if "correlation" in fit.data else "",
-        ranking=image_address(held_out_figure(fit), "png"),
     )

@@ -116,8 +116,7 @@ def test_units_are_read_as_they_are_printed(factor, offset):
 ASKED = [
     ("m_A", "slpm, sccm, l/min, SLM", ["of which reference state", "(0 degC)", "(ANR)"]),
     ("m_A", "l/min(900 degC)", ["must lie within"]),
-    ("P_A", "psid, bar diff", ["differential", "bar(g)"]),
-    ("P_A", "mPa, barn, bar(x), %", ["unknown unit", "kgf/cm2"]),
+    ("P_A", "mPa, barn, bar(x), %, psid", ["unknown unit", "kgf/cm2", "for a gauge bar(g)"]),
     ("t", "weeks, ", ["s, ms, us"]),
     ("P_A", "mA", ["`scale` and `offset`"]),
     ("u", "counts", ["mA 4..20", "`scale`"]),
