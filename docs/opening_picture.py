@@ -10,12 +10,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from paper.study.averages import OVERALL
 from paper.study.figures.parts import SOURCE_MARKER
 from paper.study.labels import SHOWN
 from paper.study.paper_2006.printed_tables import table7, traces_of_fig_7
 from pneumo.publish.style import ACCENT, INK, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
-from pneumo.statistics.averages import OVERALL
 from pneumo.storage.files import read
 
 PICTURE = Path(__file__).parents[1] / "paper/readme/verdict.png"

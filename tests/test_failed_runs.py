@@ -8,6 +8,7 @@ import pytest
 from paper_study import STUDY
 from printed_study import save
 
+from paper.study.averages import statistics
 from paper.study.figures.paper_figures import fig07
 from paper.study.settling_run import settle, settling_dataset
 from paper.study.stored_runs import datum_dataset, failure_text
@@ -16,7 +17,6 @@ from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, failure, record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import NO_RUN, replay
-from pneumo.statistics.averages import statistics
 from pneumo.storage.files import open_grid, read
 from pneumo.storage.layout import replay_dataset
 

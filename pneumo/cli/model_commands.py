@@ -153,19 +153,17 @@ def export(
     )
     if output is None:
         return typer.echo("".join(text.decode() for text in files.values()), nl=False)
-    first, *rest = files
-    names = {first: output.name} | {file: file for file in rest}
     if not output.parent.exists():
         typer.echo(f"{output.parent}: new folder")
-    write_files({names[file]: content for file, content in files.items()}, output.parent)
+    write_files(files, output.parent)
     moving = piston or observer is not None
     chosen = system(model, n, plant, valve=valve, piston=moving, dynamics=dynamics, two_valves=two_valves)
-    typer.echo(f"{', '.join(str(output.parent / file) for file in names.values())}: written")
+    typer.echo(f"{', '.join(str(output.parent / file) for file in files)}: written")
     typer.echo(f"states {', '.join(chosen.states)}; inputs {', '.join(chosen.inputs)}")
     if to == "fmu":
         from pneumo.export.fmu import platforms_note
 
-        typer.echo(platforms_note(files[first]))
+        typer.echo(platforms_note(files[output.name]))
     if limit := validity(chosen):
         typer.echo(f"note: {limit}")
     if to == "c":

@@ -1,7 +1,7 @@
 """One experiment (plant, drive, signal, length) and a study of several, in SI units and as JSON."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from math import isclose
 from typing import Any, NamedTuple
 
@@ -116,10 +116,6 @@ class Study(NamedTuple):
     config_sha256: str
     percentile_rule: str = "linear"  # method of `numpy.percentile`
     seeds: int = 5  # how often `pneumo study` runs each experiment, each time with another seed
-
-    def changed(self, change: Callable[[Experiment], Experiment]) -> "Study":
-        """Return a copy of the study in which `change` was applied to every experiment."""
-        return self._replace(experiments={name: change(e) for name, e in self.experiments.items()})
 
     @property
     def experiments_by_level(self) -> dict[str, list[str]]:

@@ -19,7 +19,6 @@ def export_model(
     """Write a model of a configured cylinder as `pneumo export` does; return the files' paths."""
     file = Path(file)
     _, plant, dynamics = configured_rig(configuration, cylinder)
-    first, *rest = exported(model, n, plant, to, stem=file.stem, dynamics=dynamics, name=name).items()
-    files = {file.name: first[1], **dict(rest)}
+    files = exported(model, n, plant, to, stem=file.stem, dynamics=dynamics, name=name)
     write_files(files, file.parent)
     return [file.parent / written for written in files]

@@ -6,12 +6,11 @@ from pneumo.physics.valve import Gas, mass_flow
 
 
 @lru_cache  # rows of a large table share supply and gas
-def equilibrium_pressure(P_s: float, P_atm: float, gas: Gas, area_ratio: float = 1.0) -> float:
+def equilibrium_pressure(P_s: float, P_atm: float, gas: Gas) -> float:
     """Pressure at which the leak from the supply equals the leak to the atmosphere.
 
-    It is P_0, Pa, from absolute pressures, Pa. `area_ratio` is A_1 / A_2, the leak area to the supply over
-    that to the atmosphere. With equal areas and the exact sonic coefficient, P_0 is 0.807458 P_s for air
-    wherever the flow to the atmosphere is sonic (P_s >= 2.344 P_atm).
+    It is P_0, Pa, from absolute pressures, Pa, with equal leak areas. With the exact sonic coefficient it is
+    0.807458 P_s for air wherever the flow to the atmosphere is sonic (P_s >= 2.344 P_atm).
 
     Raises
     ------
@@ -22,7 +21,7 @@ def equilibrium_pressure(P_s: float, P_atm: float, gas: Gas, area_ratio: float =
         raise ValueError(f"P_s = {P_s:g} Pa: must exceed P_atm = {P_atm:g} Pa (both absolute)")
 
     def surplus(P: float) -> float:
-        inflow = mass_flow(area_ratio, P_s, P, 1.0, gas)
+        inflow = mass_flow(1.0, P_s, P, 1.0, gas)
         return inflow - mass_flow(1.0, P, P_atm, 1.0, gas)  # (17), for any regime of either throat
 
     low, high = P_atm, P_s

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pneumo.physics.models import MODELS
 from pneumo.selection.error_budget import FULL_ORDER
@@ -11,15 +11,10 @@ LineStyle = str | tuple[int, tuple[float, ...]]
 
 
 class Look(NamedTuple):
-    """How one model is drawn; no two models share both line style and marker."""
+    """How one model is drawn."""
 
     color: str
     linestyle: LineStyle
-    marker: str
-
-    def line(self) -> dict[str, Any]:
-        """Keywords for `Axes.plot`: the curve without markers."""
-        return {"color": self.color, "linestyle": self.linestyle}
 
 
 _DASH = (0, (5.0, 1.6))
@@ -33,31 +28,30 @@ _DASH_DOT_DOT = (0, (5.0, 1.4, 1.2, 1.4, 1.2, 1.4))
 # transfer; grey: M4), and within a hue a ladder of lightness, so that the order survives a grey printer.
 # M7 is violet: it has explicit heat transfer without mixing, and as a dark green it looked like M8.
 PAPER_LOOKS: dict[str, Look] = {
-    "M1": Look("#04194a", "-", "o"),
-    "M2": Look("#2f74b5", _DASH, "s"),
-    "M3": Look("#7fb3dc", _DASH_DOT, "^"),
-    "M4": Look("#6b6b6b", _DOT, "X"),
-    "M5": Look("#b8480b", "-", "D"),
-    "M6": Look("#f0922f", _DASH, "v"),
-    "M7": Look("#452a86", "-", "P"),
-    "M8": Look("#007a62", _LONG, "<"),
-    "M9": Look("#24a884", _SHORT, ">"),
-    "M10": Look("#7ccfb3", _DASH_DOT_DOT, "h"),
+    "M1": Look("#04194a", "-"),
+    "M2": Look("#2f74b5", _DASH),
+    "M3": Look("#7fb3dc", _DASH_DOT),
+    "M4": Look("#6b6b6b", _DOT),
+    "M5": Look("#b8480b", "-"),
+    "M6": Look("#f0922f", _DASH),
+    "M7": Look("#452a86", "-"),
+    "M8": Look("#007a62", _LONG),
+    "M9": Look("#24a884", _SHORT),
+    "M10": Look("#7ccfb3", _DASH_DOT_DOT),
 }
-# Models added to the paper's: hues and markers that no model of the paper has.
+# Models added to the paper's: hues that no model of the paper has, in 12 different pairs with these lines.
 _COLORS = ("#8a6d1f", "#c51b7d", "#1b7f8a")
-_LINES: tuple[LineStyle, ...] = ("-", _DASH, _DASH_DOT, _LONG, _SHORT, _DASH_DOT_DOT)
-_MARKERS = ("*", "d", "p", "8", "H")  # as many as share no divisor with the line styles: 30 different pairs
+_LINES: tuple[LineStyle, ...] = ("-", _DASH, _DASH_DOT, _LONG)
 
 
 def looks_of(models: Iterable[str]) -> dict[str, Look]:
     """Return the look of each model: the paper's, or for an added model the next free one."""
-    free = map(Look, itertools.cycle(_COLORS), itertools.cycle(_LINES), itertools.cycle(_MARKERS))
+    free = map(Look, itertools.cycle(_COLORS), itertools.cycle(_LINES))
     return {name: PAPER_LOOKS.get(name) or next(free) for name in models}
 
 
 MODEL_LOOKS = looks_of(MODELS)
-FULL_ORDER_LOOK = Look("#a3186b", "-", "H")
+FULL_ORDER_LOOK = Look("#a3186b", "-")
 ADDED_MODELS = [name for name in MODELS if name not in PAPER_LOOKS]
 
 DARK = "#161616"  # background of the pages' dark form

@@ -21,7 +21,7 @@ from pneumo.quantities.table import GROUPS
 from pneumo.selection.error_budget import FULL_ORDER, NOTHING
 from pneumo.simulation.full_order import Recording, record, recorded, thermal_time_constant
 from pneumo.simulation.replay import replay
-from pneumo.statistics.averages import best_n
+from pneumo.statistics.best_n import best_n
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import CHAMBERS, replayed_grid, run_outcome, same_at_every_n
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from pneumo.physics.models import MODELS, Model
 from pneumo.selection.error_budget import Budget, error_budget
-from pneumo.statistics.averages import best_n
+from pneumo.statistics.best_n import best_n
 from pneumo.statistics.intervals import student_interval
 
 MATERIAL = 0.10  # a mean square error at most this fraction above the lowest is as good in practice

@@ -1,1 +1,1 @@
-"""Statistics over experiments: averages, best n and intervals."""
+"""Confidence intervals, and the best n."""

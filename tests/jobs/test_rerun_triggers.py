@@ -41,7 +41,7 @@ def test_every_rule_watches_its_script_and_all_that_it_imports(monkeypatch):
         ("pneumo/core/replay.c", f"{SIMULATED} {JUDGED} measured_records", "simulated_example"),
         ("pneumo/configuration/schema.py", "ranking_cells fleet_block", "datum replay statistics report"),
         ("pneumo/catalogue/conductances.csv", "ranking_cells fleet_block replay", "datum figures"),
-        ("pneumo/statistics/averages.py", "statistics verdict figures fleet_index", "settling datum replay"),
+        ("paper/study/averages.py", "statistics verdict figures", "settling datum replay fleet_index"),
         ("pneumo/export/c_source.py", "", f"{SIMULATED} {JUDGED} verdict_2007 measured_records fleet_index"),
         ("pneumo/fitting/estimate.py", "ranking_cells", f"settling datum replay {JUDGED} verdict_2007"),
         ("pneumo/cli/options.py", "", f"{SIMULATED} {JUDGED} measured_records fleet_index"),

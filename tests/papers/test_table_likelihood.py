@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from paper_study import STUDY
 
+from paper.study.averages import OVERALL, at_n, concatenated, statistics
 from paper.study.kept_evidence import KEPT
 from paper.study.paper_2006.numbers_of_tables import TABLES, numbers_of_tables, printed_numbers
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2006.table_likelihood import TableLikelihood
 from paper_verdict.claims import read_claims
-from pneumo.statistics.averages import OVERALL, at_n, concatenated, statistics
 from pneumo.storage.files import read
 
 PRINTED = printed_numbers()

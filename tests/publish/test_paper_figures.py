@@ -14,12 +14,12 @@ from invented_cells import cells_of
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from paper.study.averages import statistics
 from paper.study.figures import paper_figures as figures
 from paper.study.figures.traces_figure import time_traces
 from paper.study.paper_2006.printed_tables import table7, table9, traces_of_fig_7, with_percentiles
 from pneumo.physics.models import MODELS
 from pneumo.publish.style import DOUBLE_MM, MM_PER_INCH, SINGLE_MM, paper_style
-from pneumo.statistics.averages import statistics
 
 EXPERIMENTS = ["E06", "E12"]
 LEVELS = {"adiabatic": ["E06"], "typical": ["E06", "E12"], "isothermal": []}

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 
 import pneumo
+from paper.study.averages import statistics
 from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
 from paper.study.stored_runs import datum_dataset, read_json, read_study
@@ -27,7 +28,6 @@ from pneumo.physics.symbols import SYMBOLS
 from pneumo.simulation.full_order import record
 from pneumo.simulation.grid import grid_lanes
 from pneumo.simulation.replay import replay
-from pneumo.statistics.averages import statistics
 from pneumo.storage.files import attributes, open_grid, read, write, write_text
 from pneumo.storage.layout import replay_dataset
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from paper.study.averages import statistics
 from paper.study.stored_runs import read_study
-from pneumo.statistics.averages import statistics
 from pneumo.storage.files import attributes, open_grid, write
 from workflow.jobs.wrapper import run_job
 

@@ -13,6 +13,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from paper.study.averages import OVERALL
 from paper.study.figures.parts import (
     ALL_BUT_M4,
     BEST_MODELS,
@@ -31,7 +32,6 @@ from paper.study.stored_runs import failure_text
 from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, SINGLE_MM, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
-from pneumo.statistics.averages import OVERALL
 
 READ_OFF = "read off the printed figure"
 

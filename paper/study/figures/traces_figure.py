@@ -51,7 +51,7 @@ def time_traces(
                     continue  # failed at every n
                 trace = pressure.sel(model=model, n=best.sel(model=model))
                 residual = full.sel(t=trace["t"], method="nearest").values - trace
-                look = MODEL_LOOKS[model].line() | {"lw": 1.0}
+                look = MODEL_LOOKS[model]._asdict() | {"lw": 1.0}
                 column[0].plot(trace["t"], trace, label=symbol(model), **look)
                 ax.plot(trace["t"], residual, **look)
         column[0].set_title(STUDY_SAMPLING[transport])

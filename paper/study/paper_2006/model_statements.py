@@ -4,11 +4,11 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 
+from paper.study.averages import OVERALL
 from paper.study.paper_2006.paper_models import PAPER_MODELS, processes
 from paper.study.paper_2006.results import StudyResults
 from paper.study.paper_2006.table_cells import number_at
 from paper_verdict.findings import Finding
-from pneumo.statistics.averages import OVERALL
 
 
 def _mse_by_model(results: StudyResults, level: str) -> dict[str, float]:

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from paper.study.averages import OVERALL, concatenated, statistics
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
 from paper.study.paper_2006.results import PrintedTables, StudyResults
@@ -20,7 +21,6 @@ from pneumo.configuration.experiment import Experiment, Study
 from pneumo.errors import ResultError, printable
 from pneumo.regular_file import regular_file
 from pneumo.simulation.full_order import Recording
-from pneumo.statistics.averages import OVERALL, concatenated, statistics
 from pneumo.storage.files import check_sizes
 from pneumo.storage.layout import replayed_grid
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from paper.study.averages import OVERALL, concatenated
 from paper.study.paper_2006.numbers_of_tables import numbers_of_tables
 from paper.study.paper_2006.paper_models import PAPER_MODELS
 from paper.study.paper_2006.printed_tables import STATISTICS, percentiles, table5, table7, table8, table9
@@ -14,7 +15,6 @@ from paper.study.stored_runs import failure_text, read_study
 from paper_verdict.findings import MissingEvidence
 from pneumo.configuration.experiment import Experiment, Plant, Study
 from pneumo.errors import ResultError
-from pneumo.statistics.averages import OVERALL, concatenated
 from pneumo.storage.files import open_grid, read
 
 

@@ -5,13 +5,13 @@ import sys
 import xarray as xr
 
 from paper.study import functions_returning
+from paper.study.averages import at_n
 from paper.study.paper_2006.numbers_of_tables import EXCHANGED, TOLERANCE_OF_N
 from paper.study.paper_2006.printed_tables import percentiles, table5, table7, table8, table9
 from paper.study.paper_2006.results import StudyResults
 from paper.study.paper_2006.table_cells import number_at
 from paper_verdict.errata import Proof
 from paper_verdict.findings import MissingEvidence
-from pneumo.statistics.averages import at_n
 
 ALIKE = 0.01  # deviation of a settling time that counts as agreement: the class `settling`
 

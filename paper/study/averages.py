@@ -6,6 +6,8 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
+from pneumo.statistics.best_n import best_n
+
 Labelled = TypeVar("Labelled", xr.Dataset, xr.DataArray)
 
 OVERALL = "overall"  # Table 7's level: all experiments, each model at its best n in each
@@ -20,14 +22,6 @@ def concatenated(grid: xr.Dataset) -> xr.Dataset:
     mean_error = grid["mean_error"].mean("chamber", skipna=False)
     mse = grid["mse"].mean("chamber", skipna=False)
     return xr.Dataset({"mean_error": mean_error, "mse": mse, "variance": mse - mean_error**2})
-
-
-def best_n(mse: xr.DataArray) -> xr.DataArray:
-    """The n at which the mean square error is lowest; NaN where the error at any n is NaN (a failed replay).
-
-    Of equal errors (models without n), the lowest n.
-    """
-    return mse.fillna(np.inf).idxmin("n").where(mse.notnull().all("n"))
 
 
 def at_n(cells: xr.Dataset, n: xr.DataArray) -> xr.Dataset:

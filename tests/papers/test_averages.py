@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from invented_cells import cells_of
 from paper_study import STUDY
 
+from paper.study.averages import OVERALL, statistics
 from paper.study.paper_2006.paper_models import PAPER_MODELS
-from pneumo.statistics.averages import OVERALL, best_n, statistics
+from pneumo.statistics.best_n import best_n
 
 EPS = np.finfo(float).eps
 WITHOUT_SHRINKING = [Phase.explicit, Phase.reuse, Phase.generate]  # one seed is as simple as another
