@@ -10,7 +10,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,13 +30,22 @@ from paper.study.pages.verdict_page import SIMULATORS
 from paper.study.paper_2006.summary import LEVELS
 from paper.study.samplings import STUDY_SAMPLINGS
 from paper.study.text.markdown_tables import markdown_table as table
-from paper_verdict.facts import EXPLAINED, MISPRINT, NOT_JUDGED, UNEXPLAINED, headline_text
+from paper_verdict.facts import (
+    AGREES,
+    EXPLAINED,
+    MISPRINT,
+    NOT_JUDGED,
+    SCATTER,
+    UNEXPLAINED,
+    headline_text,
+)
 from paper_verdict.text import deviation_text
 from pneumo.catalogue import coefficient_times_length, measured_conductances
 from pneumo.physics.models import MODELS
 from pneumo.publish.style import save
 from pneumo.publish.text.terminal_tables import BUDGET_TITLE
 
+OUTSIDE = (SCATTER, EXPLAINED, UNEXPLAINED)  # statuses of numbers that are not within their tolerance
 RESULTS, STATIC = ROOT / "results", ROOT / "docs/static"
 
 Numbers = dict[str, dict[str, Any]]  # by page or source, then by name
@@ -112,7 +120,7 @@ def from_the_study(results: Path) -> Numbers:
         "second": headline_text(_stored(results / "2007/verdict.json")["headline"]),
     }
     return {
-        "verdict": headlines | missed(verdict) | {"places": places(verdict["places"])},
+        "verdict": headlines | missed(verdict) | {"places": places(verdict)},
         "look": {"output": output_of_readme()},
         "which_model": wrong_conductance(results) | {"table_levels": levels(results)},
     }
@@ -129,18 +137,27 @@ def output_of_readme() -> str:
     return done.stdout.rstrip()
 
 
-def places(rows: Sequence[dict[str, Any]]) -> str:
-    """Table with a row for each table and figure of the paper of which numbers were judged."""
-    others = (MISPRINT, EXPLAINED, UNEXPLAINED)
-    lines = [
-        "|numbers of|agree or scatter|" + "|".join(others) + "|largest deviation|free choices|",
-        "|---" * 7 + "|",
-    ]
-    for row in (row for row in rows if row["judged"]):
-        counts = [str(row["statuses"].get(status, "")) for status in others]
-        cells = [row["name"], f"{row['agree']} of {row['judged']}", *counts, deviation_text(row["deviation"])]
-        lines.append("|".join(["", *cells, str(row["choices"] or ""), ""]))
-    return "\n".join(lines)
+def places(verdict: dict[str, Any]) -> str:
+    """Table with a row for each table and figure of the paper of which numbers were judged.
+
+    The largest deviation is that of the numbers outside their tolerance, misprints left out.
+    """
+    statuses = {AGREES: "agree", SCATTER: "within scatter"} | {
+        s: s for s in (MISPRINT, EXPLAINED, UNEXPLAINED)
+    }
+    head = ["numbers of", "judged", *statuses.values(), "largest deviation", "free choices"]
+    rows = list[list[str]]()
+    for place in (place for place in verdict["places"] if place["judged"]):
+        counts = [str(place["statuses"].get(status, "")) for status in statuses]
+        outside = [
+            item["relative"]
+            for item in verdict["items"]
+            if item["place"] == place["name"] and item["agreement"] is None and item["status"] in OUTSIDE
+        ]
+        largest = max((relative for relative in outside if relative is not None), key=abs, default=None)
+        choices = str(place["choices"] or "")
+        rows.append([place["name"], str(place["judged"]), *counts, deviation_text(largest), choices])
+    return "\n".join("|".join(["", *cells, ""]) for cells in (head, ["---"] * len(head), *rows))
 
 
 def wrong_conductance(results: Path) -> dict[str, str]:
