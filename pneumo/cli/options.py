@@ -37,15 +37,12 @@ def output_to(what: str) -> Any:
 
 
 def check_index(model: str, n: float | None) -> None:
-    """Raise `InputError` if a polytropic index is given for a model without one, or missing for another."""
-    from pneumo.equations.named_model import N_MAX
+    """Raise `InputError` if a polytropic index is given for a model without one."""
     from pneumo.errors import InputError
     from pneumo.physics.models import MODELS
 
     if n is not None and (model == "full" or (model in MODELS and not MODELS[model].has_n)):
         raise InputError(f"--n = {n:g}: {model} has no polytropic index; leave it out")
-    if n is None and model in MODELS and MODELS[model].has_n:
-        raise InputError(f"--n: missing; {model} needs a polytropic index, above 0 and at most {N_MAX:g}")
 
 
 def read_configuration(files: list[Path] | None, trust: bool = False) -> "Configuration":

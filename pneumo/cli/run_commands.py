@@ -4,7 +4,7 @@ Modules are imported inside the function, so that help and errors of usage are f
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from typer import Argument, Option
@@ -21,12 +21,8 @@ MOST_STEPS = 5_000_000  # of a run
 def simulate(
     files: Annotated[list[Path], Argument(help="configuration; later files override earlier ones")],
     start: Annotated[
-        str,
-        Option(
-            "--from",
-            help="vented, retracted, extended, rest or pressurised; or numbers, SI units, such as"
-            " `x=-0.08,P_A=101325`: what is left out is as vented",
-        ),
+        Literal["vented", "retracted", "extended", "rest", "pressurised"],
+        Option("--from", help="state at the start"),
     ] = "vented",
     command: Annotated[
         str | None,
@@ -93,7 +89,7 @@ def simulate(
         if k_p is None:
             raise InputError("--gain: missing; the cylinder has no section closed_loop")
         signals = {"reference": held[:, 0] * 1e-3, "k_p": k_p}
-    run = runs.simulate(plant, step, start=_start(plant, start), dynamics=dynamics, **signals)
+    run = runs.simulate(plant, step, start=start, dynamics=dynamics, **signals)
     typer.echo(run)
     if output is not None:
         _write(run, output, study(configuration).config_sha256)
@@ -117,25 +113,6 @@ def live(
     else:
         write_text(LIVE_PAGE.read_text(encoding="utf-8"), output)
         typer.echo(f"{output}: written")
-
-
-def _start(plant: Any, text: str) -> Any:
-    """Start from its name, or from numbers by name; those left out are as vented."""
-    from pneumo.errors import InputError, printable
-    from pneumo.runs import STARTS, State, start_state
-
-    if "=" not in text:
-        if text not in STARTS:
-            raise InputError(f"--from {printable(text, 40)}: must be one of {', '.join(STARTS)}, or numbers")
-        return text
-    changes = {}
-    for part in text.split(","):
-        name, _, number = (word.strip() for word in part.partition("="))
-        if name not in State._fields:
-            fields = ", ".join(State._fields)
-            raise InputError(f"--from {printable(part, 40)}: must be NAME=NUMBER, with a name of {fields}")
-        changes[name] = _number(f"--from {name}", number)
-    return start_state(plant, start_state(plant, "vented")._replace(**changes))
 
 
 def _number(option: str, text: str) -> float:

@@ -239,7 +239,7 @@ def _real(name: str) -> Any:
 Numbers = TypeVar("Numbers", bound=Gas | Valve | Conditions | Cylinder | ValveDynamics)
 
 
-def _symbolic(numbers: Numbers, prefix: str = "") -> Numbers:
+def symbolic(numbers: Numbers, prefix: str = "") -> Numbers:
     """Named tuple whose numbers are symbols of their names; a number that is the default stays."""
     defaults = numbers._field_defaults
     symbols = {
@@ -253,19 +253,14 @@ def _symbolic(numbers: Numbers, prefix: str = "") -> Numbers:
 def symbols_of(plant: Plant) -> Plant:
     """A plant whose numbers are symbols named as in `constants`; an absent load, friction or leak stays 0."""
     gas, valve, conditions, cylinder, _, wall, _ = plant
-    valve = _symbolic(valve)._replace(paths=_symbols_of_paths(valve.paths))
-    gas = _symbolic(gas)
+    valve = symbolic(valve)._replace(paths=_symbols_of_paths(valve.paths))
+    gas = symbolic(gas)
     if gas.elliptic:  # a valve by its catalogue, with the figures of its data sheet
         area = _real("area_per_C")
         leak = valve.leak and _real("C_leak") * area
         valve = valve._replace(k_xu=_real("C") * area / valve.u_max, leak=leak)
         gas = gas._replace(critical_ratio=_real("b"))
-    return Plant(gas, valve, _symbolic(conditions), _symbolic(cylinder), _real("k_0"), wall)
-
-
-def symbols_of_valve(dynamics: ValveDynamics) -> ValveDynamics:
-    """Valve dynamics whose numbers are symbols, named as in `constants`; what is 0 stays 0."""
-    return _symbolic(dynamics, "valve_")
+    return Plant(gas, valve, symbolic(conditions), symbolic(cylinder), _real("k_0"), wall)
 
 
 def _symbols_of_paths(paths: Paths) -> Paths:

@@ -34,7 +34,7 @@ def model_and_index(model: Model | str, n: float | None, *others: str) -> tuple[
     """
     row = model_row(model, *others)
     if n is None and row.has_n:
-        raise InputError(f"n: {row.name} needs a polytropic index")
+        raise InputError(f"n: {row.name} needs a polytropic index, above 0 and at most {N_MAX:g}")
     return row, 1.0 if n is None else number("n", n, 0.0, N_MAX, above=True)
 
 

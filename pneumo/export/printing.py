@@ -20,8 +20,8 @@ from pneumo.equations.equation_list import (
     piston_equations,
     statements,
     stop_equations,
+    symbolic,
     symbols_of,
-    symbols_of_valve,
     valve_equations,
 )
 from pneumo.equations.substep import chamber_pace, chamber_substep, piston_after, piston_before
@@ -55,7 +55,7 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
 
     `also` names further constants to include, beside those that the assignments need.
     """
-    plant, dynamics, n = symbols_of(system.plant), symbols_of_valve(system.dynamics), Symbol("n", real=True)
+    plant, dynamics, n = symbols_of(system.plant), symbolic(system.dynamics, "valve_"), Symbol("n", real=True)
     model, valve, own = system.model, system.valve, system.chamber_states
     flows = [outer for side in Side for _, outer in system.flows(side).values()]
     of_valve = valve_equations(plant, dynamics, system.two_valves)

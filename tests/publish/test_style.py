@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from paper.study.model_looks import PAPER_LOOKS
 from paper.study.paper_2006.paper_models import PAPER_MODELS
-from pneumo.publish.model_looks import PAPER_LOOKS
 
 # Machado, Oliveira and Fernandes (2009), doi:10.1109/TVCG.2009.113, severity 1, on linear RGB.
 PROTAN = [0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998]

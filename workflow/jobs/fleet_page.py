@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
+from paper.study.model_looks import colours
 from pneumo.physics.models import MODELS
-from pneumo.publish.model_looks import colours
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO, no_exponent, percent_text
 from pneumo.selection.error_budget import FULL_ORDER

@@ -27,9 +27,9 @@ from paper.study.figures.parts import (
     model_ticks,
 )
 from paper.study.labels import SOURCES
+from paper.study.model_looks import MODEL_LOOKS
 from paper.study.settling_run import CRITERION
 from paper.study.stored_runs import failure_text
-from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import ACCENT, DOUBLE_MM, GREY, INK, SINGLE_MM, axis_label, new_figure, paper_style
 from pneumo.publish.text.formatting import KILO
 

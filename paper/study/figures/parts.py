@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from paper.study.model_looks import ADDED_MODELS
 from pneumo.physics.models import MODELS
-from pneumo.publish.model_looks import ADDED_MODELS
 from pneumo.publish.style import ACCENT, DOUBLE_MM, INK, axis_label, new_figure, symbol
 
 # Models of figures and pages that do not show all; added models join where the figure has room.

@@ -9,8 +9,8 @@ from matplotlib.ticker import MaxNLocator
 
 from paper.study.figures.parts import TRACED_MODELS, legend_outside, message_figure
 from paper.study.labels import STUDY_SAMPLING
+from paper.study.model_looks import MODEL_LOOKS
 from pneumo.physics.models import MODELS
-from pneumo.publish.model_looks import MODEL_LOOKS
 from pneumo.publish.style import DOUBLE_MM, GREY, axis_label, new_figure, paper_style, symbol
 from pneumo.publish.text.formatting import KILO
 

@@ -10,6 +10,7 @@ import xarray as xr
 
 from paper.study.figures.parts import FIRST_SHOWN
 from paper.study.labels import STUDY_SAMPLING
+from paper.study.model_looks import FULL_ORDER_LOOK, MODEL_LOOKS, on_dark
 from paper.study.pages import STUDY_TEMPLATES
 from paper.study.pages.packing import FRACTION, packed, round_number, rounded, rounding_step
 from paper.study.pages.verdict_page import axis_fraction
@@ -28,7 +29,6 @@ from paper_verdict.page import LOOKS as LOOKS_OF_STATUSES
 from pneumo.catalogue import conductance_factor, measured_cylinders
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.physics.models import MODELS
-from pneumo.publish.model_looks import FULL_ORDER_LOOK, MODEL_LOOKS, on_dark
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO
 from pneumo.storage.files import read
