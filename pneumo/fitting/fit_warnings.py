@@ -154,7 +154,7 @@ def residual_warning(name: str, residual_of: Mapping[str, Residual], effect: str
 
 def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[str]:
     """Warning of residuals of a model, by chamber, that the sensors' noise does not explain."""
-    odd = {chamber: residual for chamber, residual in residual_of.items() if residual.unexplained}
+    odd = {chamber: part for chamber, part in residual_of.items() if part.coloured > COLOURED * part.noise}
     return [residual_warning(name, odd)] if odd else []
 
 

@@ -13,7 +13,7 @@ from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.configuration.priors import Accuracy
 from pneumo.fitting.fit_result import Estimate, FitWarning
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.fitting.residuals import noise_of
+from pneumo.fitting.record.sensor_faults import noise_of
 from pneumo.fitting.settings import MOVED, SURE
 
 PUSHED = 0.5  # force on the piston over the largest, with which one that rests is on a stop

@@ -5,11 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumo.fitting.fit_problem import Problem, replayed_pressures
-from pneumo.fitting.settings import COLOURED, FAR
+from pneumo.fitting.record.sensor_faults import noise_of, quantum
+from pneumo.fitting.settings import FAR
 
 BLOCK = 0.02  # s, over which white noise averages out
-THIRD_DIFFERENCE = 0.6745 * 20**0.5  # median size of third differences of white noise with variance 1
-QUANTISED = 0.5  # distinct values over samples, below which a signal was quantised
 
 
 class Residual(NamedTuple):
@@ -18,11 +17,6 @@ class Residual(NamedTuple):
     rms: float
     coloured: float  # rms of the part that white noise does not explain
     noise: float  # standard deviation of the sensor's noise
-
-    @property
-    def unexplained(self) -> bool:
-        """Whether noise does not explain the residual."""
-        return self.coloured > COLOURED * self.noise
 
     @property
     def far_from_noise(self) -> bool:
@@ -36,24 +30,6 @@ def sensor_noise(P: np.ndarray, residual: np.ndarray) -> float:
     Measured pressures `P` and their residuals, Pa, have the shape (chamber, sample).
     """
     return float(np.sqrt(np.mean([noise_of(*pair) ** 2 for pair in zip(P, residual, strict=True)])))
-
-
-def noise_of(P: np.ndarray, residual: np.ndarray) -> float:
-    """Standard deviation of the noise of one pressure, Pa, from its residual.
-
-    It is computed as of white noise, from the median of third differences, which neither slow errors nor
-    outliers change. It is at least that of rounding to the steps in which P was quantised.
-    """
-    white = float(np.median(np.abs(np.diff(residual, n=3)))) / THIRD_DIFFERENCE
-    return max(white, quantum(P) / 12**0.5)
-
-
-def quantum(P: np.ndarray) -> float:
-    """Step in which a signal was quantised; 0 where none shows."""
-    levels = np.unique(P)
-    if len(levels) > QUANTISED * len(P) or len(levels) < 2:
-        return 0.0
-    return float(np.median(np.diff(levels)))
 
 
 def residuals(problem: Problem, theta: np.ndarray) -> list[Residual]:

@@ -13,9 +13,7 @@ from page_checks import assert_fit_for_a_phone, in_chromium
 from pneumo.fitting.fit_result import Estimate, FitResult, Light, fit_data
 from pneumo.fitting.lights import ADDS_LITTLE, light_and_reason, within_commands
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.publish.figures.fit_figures import diagnosis_figure
 from pneumo.publish.pages.fit_page import LIGHT_LOOKS, fit_page
-from pneumo.publish.style import paper_style
 from pneumo.publish.text.fit_text import answer_text, next_experiments
 from pneumo.publish.text.terminal_tables import (
     fit_heads,
@@ -25,7 +23,7 @@ from pneumo.publish.text.terminal_tables import (
     print_table,
     rig_rows,
 )
-from pneumo.quantities.table import ALSO, QUANTITIES, REPORTED, SHIFTING, STARTS, VALVE
+from pneumo.quantities.table import ALSO, QUANTITIES, REPORTED, SHIFTING, VALVE
 
 SAMPLES = 200
 
@@ -131,22 +129,6 @@ def test_C_is_green_at_the_largest_command_of_the_record_only(a_fit):
     as_stated = {name: ("as stated", ADDS_LITTLE) for name in fit.judgements}
     assert columns(printed(full_order_table(rig_rows(replace(fit, judgements=as_stated))))) <= 80
     assert LIGHT_LOOKS.keys() == {*get_args(Light)}
-
-
-@paper_style()
-def test_no_label_of_a_correlation_is_cut(a_fit):
-    names = [name for name in (*REPORTED, *ALSO, *STARTS) if name != "n"]
-    table = ("model", "parameter", "other"), np.eye(len(names))[None]
-    data = a_fit.data[["P", "pressure"]].isel(model=[0])
-    data = data.assign(pressure=0.0 * data["pressure"])
-    data = data.assign_coords(parameter=names, other=names).assign(correlation=table)
-    fig = diagnosis_figure(replace(a_fit, data=data))
-    fig.draw_without_rendering()
-    right = fig.axes[1]
-    for text in [*right.get_xticklabels(), *right.get_yticklabels(), right.title]:
-        box = text.get_window_extent()
-        assert box.x0 >= 0 and box.y0 >= 0, text.get_text()
-        assert box.x1 <= fig.bbox.x1 and box.y1 <= fig.bbox.y1, text.get_text()
 
 
 @pytest.mark.slow

@@ -33,7 +33,8 @@ from pneumo.fitting.fit_warnings import (
 )
 from pneumo.fitting.least_squares import Solution, covariances
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.fitting.residuals import Residual, noise_of, split_residuals
+from pneumo.fitting.record.sensor_faults import noise_of
+from pneumo.fitting.residuals import Residual, split_residuals
 from pneumo.fitting.settings import PART
 from pneumo.fitting.stage_signals import smoothed
 from pneumo.physics.cylinder import Side, chamber_of, volume

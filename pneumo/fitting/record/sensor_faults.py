@@ -1,4 +1,4 @@
-"""Faults that a sensor's own samples show: an end of its range, and values that no longer change."""
+"""Noise of a sensor, and faults that its samples show: an end of its range, values that no longer change."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,8 @@ import numpy as np
 FEW = 5  # equal samples that chance gives at the largest value, or one after another
 LONGEST_BY_CHANCE = 1e-6  # probability of a run of equal samples that is not chance
 STOPPED = 50  # least number of equal samples of a channel that has stopped
-SIZE = 0.6745  # median size of normal noise with variance 1
+THIRD_DIFFERENCE = 0.6745 * 20**0.5  # median size of third differences of white noise with variance 1
+QUANTISED = 0.5  # distinct values over samples, below which a signal was quantised
 
 
 class Noise(NamedTuple):
@@ -20,6 +21,24 @@ class Noise(NamedTuple):
     def shows(self) -> bool:
         """Whether noise, and not quantisation, makes neighbouring samples differ."""
         return self.deviation > 0.75 * self.step
+
+
+def noise_of(P: np.ndarray, residual: np.ndarray) -> float:
+    """Standard deviation of the noise of one pressure, Pa, from its residual.
+
+    It is computed as of white noise, from the median of third differences, which neither slow errors nor
+    outliers change. It is at least that of rounding to the steps in which P was quantised.
+    """
+    white = float(np.median(np.abs(np.diff(residual, n=3)))) / THIRD_DIFFERENCE
+    return max(white, quantum(P) / 12**0.5)
+
+
+def quantum(P: np.ndarray) -> float:
+    """Step in which a signal was quantised; 0 where none shows."""
+    levels = np.unique(P)
+    if len(levels) > QUANTISED * len(P) or len(levels) < 2:
+        return 0.0
+    return float(np.median(np.diff(levels)))
 
 
 def equal_runs(values: np.ndarray) -> np.ndarray:
@@ -36,9 +55,7 @@ def noise_between_samples(values: np.ndarray) -> Noise:
     if len(changing) < 2 * STOPPED:
         return Noise(0.0, 0.0)
     second, third = (float(np.median(np.abs(np.diff(changing, n=n)))) for n in (2, 3))
-    levels = np.unique(values)
-    step = float(np.median(np.diff(levels))) if len(levels) < len(changing) / 2 else 0.0
-    return Noise(third / SIZE / 20**0.5 if third > second else 0.0, step)
+    return Noise(third / THIRD_DIFFERENCE if third > second else 0.0, quantum(values))
 
 
 def at_end_of_range(values: np.ndarray, rests: tuple[float, ...] = ()) -> np.ndarray:

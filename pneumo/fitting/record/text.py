@@ -80,11 +80,10 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     content, added = _plain_lines(content)
     head = b"".join(islice(io.BytesIO(content), HEAD_LINES + SAMPLE_LINES))
     try:
-        encoding = "utf-8-sig"
-        lines = re.split(r"\r*\n", head.decode(encoding))
+        encoding, text = "utf-8-sig", head.decode("utf-8-sig")
     except UnicodeDecodeError:
-        encoding = "latin-1"
-        lines = re.split(r"\r*\n", head.decode(encoding))
+        encoding, text = "latin-1", head.decode("latin-1")
+    lines = re.split(r"\r*\n", text)
     table = _first_sample(path, lines)
     above = lines[: table.line]
     header = _header(path, above, table)

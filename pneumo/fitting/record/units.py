@@ -46,8 +46,6 @@ VOLUMES = {
     "ft3": 0.3048**3,
 }
 VOLTAGES = {"V": 1.0, "mV": 1e-3, **dict.fromkeys(("volt", "volts", "VDC", "V DC"), 1.0)}
-COMPACT = {"lpm": "l/min", "lm": "l/min", "ccm": "cm3/min", "cfm": "ft3/min"}  # slpm, sccm, scfm
-SHORT = re.compile("|".join(COMPACT), re.IGNORECASE)
 QUANTITIES = ("t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T")
 CHOICES = {  # written in messages, by quantity
     "t": "s, ms, us, ns, min, h",
@@ -58,7 +56,7 @@ CHOICES = {  # written in messages, by quantity
         "Pa, hPa, kPa, MPa, mbar, bar, psi, kgf/cm2, atm, mmHg, Torr, cmH2O, inH2O, for a gauge bar(g)",
     ),
     **dict.fromkeys(
-        ("m_A", "m_B"), "kg/s, g/s, mg/s, kg/h, Nl/min (0 degC, 1.01325 bar), l/min(ANR) or (20 degC, 1 bar)"
+        ("m_A", "m_B"), "kg/s, g/s, mg/s, kg/h, Nl/min (0 degC, 1.01325 bar), l/min(ANR) (20 degC, 1 bar)"
     ),
     "T": "K, degC, degF",
 }
@@ -70,12 +68,11 @@ MARKED = re.compile(
     re.IGNORECASE,
 )
 VOLUME_FLOW = re.compile(
-    rf"(?P<normal>norm|n)?(?:std|s)?\.?\s?(?P<volume>{'|'.join(VOLUMES)})(?P<behind>_?n)?/(?P<time>[a-z]+)"
-    r"\s*(?:ANR|[\[(](?P<state>.+)[\])])?",
+    rf"(?P<normal>norm|n)?\.?\s?(?P<volume>{'|'.join(VOLUMES)})(?P<behind>_?n)?/(?P<time>[a-z]+)"
+    r"\s*(?P<anr>[\[(]?ANR[\])]?)?",
     re.IGNORECASE,
 )
 NUMBER = r"[+-]?\d+(?:\.\d+)?"
-STATE = re.compile(rf"(?P<T>{NUMBER})\s*(?:deg)?C(?:[,;]?\s*(?P<P>{NUMBER})\s*(?P<unit>[A-Za-z]+))?")
 RANGE = re.compile(
     rf"(?P<before>V|mA|%)?\s*[\[(]?(?P<low>{NUMBER})\s*(?:\.\.\.?|to|-)\s*(?P<high>{NUMBER})[\])]?\s*(?P<behind>V|mA|%)?"
 )
@@ -154,36 +151,27 @@ def _command(unit: str, u_max: float) -> Reading | None:
     return Reading(factor, -u_max - factor * low, text.strip())
 
 
-def _flow(unit: str, R: float) -> Reading | str | None:
-    """Reading of a flow; text if its reference state is to be named."""
+def _flow(unit: str, R: float) -> Reading | None:
+    """Reading of a mass flow, or of a volume flow at 0 degC and 1.01325 bar or in the state ANR."""
     if found := _rate(unit, MASSES):
         return found
-    long = SHORT.sub(lambda short: COMPACT[short[0].lower()], unit, count=1)
-    match = VOLUME_FLOW.fullmatch(long)
+    match = VOLUME_FLOW.fullmatch(unit)
     per = _rate(f"{match['volume']}/{match['time']}", VOLUMES) if match else None
     if not match or not per:
         return None
-    rate, state = per.factor, match["state"] or ""
-    if long.upper().endswith(("ANR", "ANR)", "ANR]")):
+    if match["anr"]:
         density = ANR_RHO if abs(R / GASES["air"].R - 1) < 0.01 else 1e5 / (R * ANR_T)
-        return Reading(rate * density, 0.0, f"{unit}: {density:.4g} kg/m3")
-    stated = STATE.fullmatch(state or ("0 degC" if match["normal"] or match["behind"] else ""))
-    P_unit = unit_name(stated["unit"] or "bar", PRESSURES) if stated else ""
-    if not stated or not P_unit:
-        known = "(20 degC, 1 bar) or (ANR), for 20 degC, 1 bar, 65 % humidity; they differ by up to 9 %"
-        write = f"{unit.partition('(')[0].strip()}(0 degC), {known}"
-        return f"unit {unit!r}: of which reference state? write {write}"
-    T, P = float(stated["T"]), float(stated["P"] or 1.01325) * PRESSURES[P_unit]
-    if not -50 <= T <= 100 or not 5e4 <= P <= 2e5:
-        return f"unit {unit!r}: reference state must lie within -50 to 100 degC and 0.5 to 2 bar"
-    density = P / (R * (T + 273.15))
-    return Reading(rate * density, 0.0, f"{unit}: {T:g} degC, {P / 1e5:.6g} bar, {density:.4g} kg/m3")
+        return Reading(per.factor * density, 0.0, f"{unit}: {density:.4g} kg/m3")
+    if match["normal"] or match["behind"]:
+        density = 101325.0 / (R * 273.15)
+        return Reading(per.factor * density, 0.0, f"{unit}: 0 degC, 1.01325 bar, {density:.4g} kg/m3")
+    return None
 
 
 def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Reading | str:
     """How numbers of a quantity in a unit are read; else one line on what to write instead."""
     unit = plain_unit(text)
-    found: Reading | str | None = None
+    found: Reading | None = None
     table = {"t": TIMES, "x": LENGTHS}.get(quantity, {})
     if named := unit_name(unit, table):
         found = Reading(table[named], 0.0, named)
@@ -205,9 +193,7 @@ def reading(quantity: str, text: str, around: Surroundings = STANDARD) -> Readin
 
 
 def is_unit(text: str) -> bool:
-    """Whether some quantity may have this unit, with or without its reference state."""
+    """Whether some quantity may have this unit."""
     unit = plain_unit(text)
-    return bool(unit) and any(
-        isinstance(found := reading(quantity, unit), Reading) or "of which reference" in found
-        for quantity in ("t", "u", "x", "P_A", "m_A", "T")
-    )
+    quantities = ("t", "u", "x", "P_A", "m_A", "T")
+    return bool(unit) and any(isinstance(reading(quantity, unit), Reading) for quantity in quantities)

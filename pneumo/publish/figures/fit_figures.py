@@ -1,6 +1,5 @@
-"""Figures of a record and of its fit: signals, pressures with residuals, and correlations."""
+"""Figures of a record and of its fit: signals, and pressures with residuals."""
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from pneumo.fitting.fit_result import FitResult
@@ -17,10 +16,8 @@ from pneumo.publish.style import (
     paper_style,
 )
 from pneumo.publish.text.formatting import KILO
-from pneumo.quantities.table import QUANTITIES
 
 MOST_SAMPLES = 4000  # of a curve that are drawn; more would not show
-LONGEST_LAG = 0.2  # s, of an autocorrelation
 
 
 @paper_style()
@@ -75,34 +72,4 @@ def residual_figure(fit: FitResult) -> Figure:
     panels[0].legend(loc="upper left", ncols=2, bbox_to_anchor=(0.0, 1.18))
     panels[-1].set_xlabel(axis_label("$t$", "s"))
     panels[-1].set_xlim(t[0], t[-1])
-    return fig
-
-
-@paper_style()
-def diagnosis_figure(fit: FitResult) -> Figure:
-    """Autocorrelation of the first model's residuals on the part fitted, and its parameters' correlation."""
-    data, model = fit.data, fit.models[0]
-    fig = new_figure(SCREEN_MM, 140)
-    above, below = fig.subplots(2, 1, height_ratios=[2, 3])
-    fitted = data.sel(t=slice(None, fit.held_out_from), model=model)
-    residual = (fitted["P"] - fitted["pressure"]).transpose("chamber", "t").values
-    period = float(data["t"].diff("t").mean())
-    lags = np.arange(min(residual.shape[1], max(2, round(LONGEST_LAG / period))))
-    for e, chamber, color in zip(
-        residual - residual.mean(axis=1, keepdims=True), "AB", (ACCENT, INK), strict=True
-    ):
-        related = [np.dot(e[: len(e) - lag], e[lag:]) / np.dot(e, e) for lag in lags]
-        above.plot(lags * period * KILO, related, color=color, lw=0.8, label=f"$P_{chamber}$")
-    white = 1.96 / np.sqrt(residual.shape[1])  # 95 % of white noise
-    above.axhspan(-white, white, color=PALE, zorder=0)
-    above.set_xlabel(axis_label("lag", "ms"))
-    above.set_ylabel("autocorrelation of the residual")
-    above.legend(loc="upper right")
-    table = fit.correlation(model)
-    # Columns have the numbers of the rows: names below them would need half the figure.
-    names = [f"{QUANTITIES[str(name)].heading}, {row}" for row, name in enumerate(table.index, 1)]
-    below.imshow(table.to_numpy(), vmin=-1, vmax=1, cmap="RdBu_r")
-    below.set_xticks(range(len(names)), map(str, range(1, len(names) + 1)))
-    below.set_yticks(range(len(names)), names)
-    below.set_title(f"correlation of {model}'s parameters: red 1, blue -1")
     return fig

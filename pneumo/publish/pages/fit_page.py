@@ -1,7 +1,7 @@
 """Page of `pneumo fit`: one self-contained HTML file."""
 
 from pneumo.fitting.fit_result import AS_STATED, FitResult
-from pneumo.publish.figures.fit_figures import diagnosis_figure, residual_figure
+from pneumo.publish.figures.fit_figures import residual_figure
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.style import image_address
 from pneumo.publish.text.fit_text import answer_text, next_experiments
@@ -36,5 +36,4 @@ def fit_page(fit: FitResult, name: str) -> str:
         experiments=next_experiments(fit),
         lights=LIGHT_LOOKS,
         pressures=image_address(residual_figure(fit), "png"),
-        diagnosis=image_address(diagnosis_figure(fit), "png") if "correlation" in fit.data else "",
     )

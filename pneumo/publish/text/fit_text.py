@@ -20,7 +20,7 @@ def answer_text(fit: FitResult) -> str:
     first, best = fit.models[0], fit.best_model
     swing = rms_of_chambers(fit.data["P"].std("t").values)
     error = fit.error(first)
-    name = "The full order" if first == FULL_ORDER else first
+    name = "The full order" if first == FULL_ORDER else first[0].upper() + first[1:]
     text = f"{name} predicts the part held out best: {error / KILO:.3g} kPa RMS"
     text += f", {100 * error / swing:.2g} % of the pressures' swing"
     if best != first:

@@ -51,7 +51,7 @@ def print_table(table: Table, **options: Any) -> None:
 
 # --- pneumo study ----------------------------------------------------------------------------------
 
-STUDY_HEADS = (*("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "A (kPa)", "B (kPa)"),)
+STUDY_HEADS = ("rank", "model", "n", "RMS (kPa)", "MSE (kPa²)", "MSE / best", "A (kPa)", "B (kPa)")
 BUDGET_TITLE = "RMS error (kPa): expected, 95 % interval, and the part of each cause"
 
 
@@ -78,16 +78,8 @@ def budget_heads(answer: Answer) -> list[str]:
     """Headings of the error budget: the group that causes most of the error comes first."""
     measured = ["record"] if answer.budget.measured else []
     strokes = ["into rest"] if _strokes(answer) else []
-    return [
-        "model",
-        "n",
-        *measured,
-        "all",
-        "95\N{NO-BREAK SPACE}%",
-        *answer.budget.groups,
-        "model itself",
-        *strokes,
-    ]
+    errors = ["all", "95\N{NO-BREAK SPACE}%", *answer.budget.groups, "model itself"]
+    return ["model", "n", *measured, *errors, *strokes]
 
 
 def _strokes(answer: Answer) -> bool:
