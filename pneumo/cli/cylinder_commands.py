@@ -73,9 +73,6 @@ def study(
     output: Annotated[
         Path | None, output_to("folder for study.html and study.nc [study-, with the files' names]")
     ] = None,
-    details: Annotated[
-        bool, Option("--details", help="print the ranking and the limits assumed too")
-    ] = False,
 ) -> None:
     """Recommend a model for your cylinder, with its error budget and the error after one record."""
     from pneumo.errors import InputError
@@ -90,7 +87,6 @@ def study(
     from pneumo.configuration.priors import conversion_notes, dynamics_notes, uncertainties
     from pneumo.notebook.model_study import ModelStudy
     from pneumo.publish.pages.study_page import check_folder
-    from pneumo.publish.text.terminal_tables import print_table, ranking_table
     from pneumo.selection.cylinder_ranking import run_study, selected, simulated_time
     from pneumo.storage.files import output_folder
 
@@ -108,9 +104,6 @@ def study(
     result = ModelStudy(chosen, cells, configuration, [str(file) for file in files])
     console = Console()
     typer.echo(result.text(console.width))
-    for answer in result.answers if details else ():
-        console.print(f"Known within 95 %: {answer.limits}", markup=False)
-        print_table(ranking_table(answer))
     page, cells_file = result.save(folder)
     console.print(f"{page}, {cells_file}: written", markup=False, soft_wrap=True)
     for answer in result.answers:

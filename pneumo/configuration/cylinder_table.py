@@ -49,14 +49,10 @@ class CylinderTable(NamedTuple):
         """
         if path[:1] == ("experiments",) and len(path) > 1:
             made = {experiment_name(c, e): (c, e) for e in experiments for c in self.rows}
-            if (
-                (pair := made.get(path[1]))
-                and path[2:3]
-                and path[2] in _of_experiments(self.cylinders[pair[0]])
-            ):
-                path = ("cylinders", pair[0], path[2])
-            elif pair:
-                path = ("experiments", pair[1], *path[2:])
+            if path[1] in made:
+                cylinder, experiment = made[path[1]]
+                in_row = path[2:3] and path[2] in _of_experiments(self.cylinders[cylinder])
+                path = ("cylinders", cylinder, path[2]) if in_row else ("experiments", experiment, *path[2:])
         if path[:1] == ("cylinders",) and len(path) > 1 and path[1] in self.rows:
             return path, f"row {self.rows[path[1]]}, column {'.'.join(map(str, path[2:])) or 'name'}"
         return path, dotted(path)

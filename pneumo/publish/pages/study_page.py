@@ -7,7 +7,7 @@ import xarray as xr
 
 from pneumo.configuration.experiment import Experiment, Study
 from pneumo.configuration.parameters import sonic_conductance
-from pneumo.errors import InputError, ResultError
+from pneumo.errors import InputError
 from pneumo.publish.figures.budget_bars import MOST_SHOWN, budget_bars, causes
 from pneumo.publish.pages.page import page_text
 from pneumo.publish.text.formatting import KILO, percent_text
@@ -19,10 +19,10 @@ from pneumo.publish.text.terminal_tables import (
     ranking_rows,
 )
 from pneumo.selection.answer import Answer, export_command
-from pneumo.selection.cylinder_ranking import REST, TITLE, save_cells
+from pneumo.selection.cylinder_ranking import REST, save_cells
 from pneumo.selection.ranking import MATERIAL, Ranking
 from pneumo.statistics.intervals import CONFIDENCE
-from pneumo.storage.files import read, write_text
+from pneumo.storage.files import write_text
 
 MM2, CM3 = 1e6, 1e6  # in a m², in a m³
 MARK = "pneumo study"  # in the page, so that another run may overwrite it
@@ -90,21 +90,10 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise `InputError` if a folder contains a page or cells of another origin."""
-    for file, is_ours in ((folder / PAGE, _is_our_page), (folder / CELLS, _are_our_cells)):
-        if file.exists() and not is_ours(file):
-            raise InputError(f"{file}: not written by `{MARK}`, not overwritten; name another folder with -o")
-
-
-def _is_our_page(page: Path) -> bool:
-    return page.is_file() and MARK.encode() in page.read_bytes()[:1000]
-
-
-def _are_our_cells(cells: Path) -> bool:
-    try:
-        return read(cells).attrs.get("title") == TITLE
-    except ResultError:
-        return False
+    """Raise `InputError` if a folder contains a page of another origin."""
+    page = folder / PAGE
+    if page.exists() and not (page.is_file() and MARK.encode() in page.read_bytes()[:1000]):
+        raise InputError(f"{page}: not written by `{MARK}`, not overwritten; name another folder with -o")
 
 
 def save_study(

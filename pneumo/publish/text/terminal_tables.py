@@ -110,13 +110,6 @@ def budget_table(answer: Answer) -> Table:
     return table
 
 
-def ranking_table(answer: Answer) -> Table:
-    """Ranking of the reduced models of one cylinder if everything about it is known."""
-    title = f"{answer.ranking.cylinder}: {answer.ranking.runs} runs each, everything known"
-    rows = (row[:-2] for row in ranking_rows(answer.ranking))  # the chambers' errors are on the page
-    return _table(title, STUDY_HEADS[:-2], rows, answer.chosen, numbers=True)
-
-
 def study_text(answers: Sequence[Answer], study: Study, files: Sequence[str] = (), width: int = 80) -> str:
     """Answers of a study as text: model, error budget, advice, and the command that exports it.
 
