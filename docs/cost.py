@@ -25,7 +25,7 @@ def strokes() -> str:
             cells[-1] += [f"{kind['kept']} of {kind['strokes']}", f"{1e-3 * kind['pressure']:.2f}"]
             cells[-1].append(f"{kind['temperature']:.2f}" if row == FULL_ORDER else "")
     of_each = ["within 0.5 kPa and 1 K", "pressure (kPa)", "temperature (K)"]
-    return table(["row", *of_each, *(f"shut while moving: {head}" for head in of_each)], cells)
+    return table(["model", *of_each, *(f"shut while moving: {head}" for head in of_each)], cells)
 
 
 def _count(value: float) -> str:
@@ -52,12 +52,14 @@ def tables(cost: dict[str, Any]) -> dict[str, str]:
         bytes_of = [_count(single[key]) for key in ("code_bytes", "stack_bytes", "estimate_bytes")]
         states = f"{double['states']}"
         observers.append([_name(row), states, *ns, _count(single["instructions"]), *bytes_of])
-    of_observers = ["observer", "states", "double (ns)", "float (ns)", "Cortex-M4F", "code (bytes)"]
-    heads = ["row", "double (ns)", "float (ns)", "Cortex-M4F", "most", "code (bytes)", "stack (bytes)"]
+    times = ["double (ns)", "float (ns)"]
+    memory = ["code (bytes)", "stack (bytes)"]
+    of_observers = ["observer of", "states", *times, "instructions, mean", *memory, "estimate (bytes)"]
+    heads = ["model", *times, "instructions, mean", "instructions, most", *memory]
     return {
         "table_steps": table(heads, steps),
         "table_strokes": strokes(),
-        "table_observers": table([*of_observers, "stack (bytes)", "estimate (bytes)"], observers),
+        "table_observers": table(of_observers, observers),
     }
 
 
@@ -72,6 +74,7 @@ def numbers(cost: dict[str, Any]) -> dict[str, str]:
         "shared": "while other programs ran on it" if cost["shared"] else "otherwise idle",
         "compilers": "; ".join([cost["compiler"], *cost["arm"]]),
         "observer_over_step": f"{cycle / single['M8']['instructions']:.1f}",
+        "worst_ms": " to ".join(f"{cycles * full_row['most_instructions'] / 168e3:.1f}" for cycles in (1, 2)),
         "most_over_mean": f"{full_row['most_instructions'] / full_row['instructions']:.1f}",
         "full_over_M8_instructions": f"{full_row['instructions'] / single['M8']['instructions']:.2f}",
     }
