@@ -167,6 +167,10 @@ def _counted(rebounds: int) -> str:
     return f", {rebounds} rebound{'s' if rebounds > 1 else ''}" if rebounds else ""
 
 
+def _later(delay: float) -> str:
+    return f"{1e3 * delay:.3g} ms later" if delay > 0 else "at once"
+
+
 def _column(name: str, doc: str) -> Any:
     return property(lambda run: run.recording.states[:, STATE.index(name)], doc=doc)
 
@@ -243,13 +247,15 @@ class Run(NamedTuple):
         lines = [f"{kind} run of {self.t[-1]:.4g} s in steps of {1e3 * self.recording.h:.4g} ms"]
         strokes = self.strokes
         lines += [
-            f"stroke of {1e3 * s.distance:+.4g} mm in {s.time:.4g} s (command at {s.switched:.4g} s, leaves"
-            f" at {s.leaves:.4g} s): mean {s.mean_speed:.3g} m/s, end {s.end_speed:.3g} m/s,"
-            f" air {s.air:.3g} Nl{_counted(s.rebounds)}"
+            f"stroke of {1e3 * s.distance:+.4g} mm in {1e3 * s.time:.3g} ms (valve opens at {s.switched:.4g}"
+            f" s, piston moves {_later(s.leaves - s.switched)}): mean {s.mean_speed:.3g} m/s,"
+            f" end {s.end_speed:.3g} m/s, {s.air:.3g} Nl of supply air{_counted(s.rebounds)}"
             for s in strokes[:MOST_STROKES]
         ]
         lines += [f"... and {len(strokes) - MOST_STROKES} more"] if len(strokes) > MOST_STROKES else []
-        lines += [] if strokes else [f"x: {1e3 * self.x.min():.4g} to {1e3 * self.x.max():.4g} mm"]
+        if not strokes:
+            unended = f"; no end reached in {self.t[-1]:.4g} s" if self.simulated else ""
+            lines.append(f"x: {1e3 * self.x.min():.4g} to {1e3 * self.x.max():.4g} mm{unended}")
         for side in "AB":
             P, T = getattr(self, f"P_{side}") / 1e5, getattr(self, f"T_{side}")
             pressures = f"chamber {side}: {np.min(P):.4g} to {np.max(P):.4g} bar absolute"

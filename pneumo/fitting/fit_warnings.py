@@ -278,7 +278,7 @@ def disagreements(
         if having and apart((e.low[parameter], e.high[parameter]) for e in having.values()):
             remedy = f": {CLOSED_TEST}" if parameter == "k_0" else ""
             result.append(
-                f"{', '.join(having)} are equally good, but their intervals of {QUANTITIES[parameter].name}"
+                f"{'; '.join(having)}: equally good, but their intervals of {QUANTITIES[parameter].name}"
                 f" do not overlap{remedy}"
             )
     return result

@@ -156,20 +156,28 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
         reason += f", {_kpa(chosen.stroke)} over strokes into rest"
     others = [row for row in budget.rows if row.model in good and row is not chosen]
     limit = (1 + MATERIAL) ** 0.5 * chosen.stroke
-    for except_for, rows in (
-        ("", [row for row in others if not row.stroke > limit]),
-        (" except over strokes into rest", [row for row in others if row.stroke > limit]),
-    ):
-        if rows:
-            names = ", ".join(row.model for row in rows)
-            reason += f". Equally good within {100 * MATERIAL:.0f} %{except_for}, but not cheaper: {names}"
+    within = f"within {100 * MATERIAL:.0f} % and no cheaper"
+    if equal := [row.model for row in others if not row.stroke > limit]:
+        reason += f". {_listed(equal)} {within}"
+    if worse := {row.model: row.stroke for row in others if row.stroke > limit}:
+        least, most = _kpa(min(worse.values())).removesuffix(" kPa"), _kpa(max(worse.values()))
+        strokes = most if len(worse) == 1 else f"{least} to {most}"
+        reason += f". {_listed([*worse])} {within}, but worse over strokes into rest ({strokes})"
     return reason
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names as the subject of a sentence, with its verb."""
+    *first, last = names
+    return f"{', '.join(first)} and {last} are" if first else f"{last} is"
 
 
 def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) -> list[str]:
     """Steps that would make the answer more certain, and what it does not hold for, one line each."""
     lines: list[str] = []
     after, lowest = budget.after_record, budget.rows[0].rms
+    if budget.groups and budget.groups[0] == "dead volumes":
+        lines.append("The dead volumes matter most: give dead_volume_m3 (with tubes), or fit.")
     if lowest**2 > after**2 + NOISE**2:  # what a record gains, sensors show
         lines.append(
             f"After one {RECORD:g} s record and `pneumo fit`: {_kpa(after)} if the full order holds."
@@ -194,6 +202,6 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
         lines.append(f"A wider grid: the best n of {chosen.model} is the first or last of the list n.")
     winners = ranking.by_experiment.idxmin(axis="columns")
     if {*winners} != {ranking.table.index[0]}:
-        listed = ", ".join(f"{model} in {name}" for name, model in winners.items())
-        lines.append(f"With everything known, the best reduced model is {listed}.")
+        listed = ", ".join(f"{name} {model}" for name, model in winners.items())
+        lines.append(f"Best reduced model by experiment if all is known: {listed}.")
     return lines

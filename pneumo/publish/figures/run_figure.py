@@ -13,6 +13,7 @@ def run_figure(run: xr.Dataset) -> Figure:
     fig = new_figure(DOUBLE_MM, 150)
     panels = fig.subplots(5, 1, sharex=True, height_ratios=[1, 2, 2, 3, 2])
     t, chambers = run["t"], tuple(zip("AB", (ACCENT, INK), strict=True))
+    panels[0].axhline(0, color=GREY, lw=0.4)
     panels[0].plot(t, run["u"], color=INK, lw=0.8, drawstyle="steps-post")
     if "u_B" in run:
         panels[0].plot(t, run["u_B"], color=GREY, lw=0.8, drawstyle="steps-post")
@@ -25,7 +26,7 @@ def run_figure(run: xr.Dataset) -> Figure:
     labels = (("$u$", "V"), ("$x$", "mm"), (r"$\dot{x}$", "m/s"), ("$P$", "kPa"), ("$T$", "K"))
     for ax, (quantity, unit) in zip(panels, labels, strict=True):
         ax.set_ylabel(axis_label(quantity, unit))
-    panels[3].legend(loc="upper right", ncols=2)
+    panels[3].legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0, ncols=2)
     panels[-1].set_xlabel(axis_label("$t$", "s"))
     panels[-1].set_xlim(float(t[0]), float(t[-1]))
     return fig

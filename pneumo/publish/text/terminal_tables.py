@@ -242,13 +242,14 @@ def fit_tables(fit: FitResult) -> list[Table]:
 
 
 def _laws_table(fit: FitResult) -> Table:
-    """Errors of every law, and its n or k_0."""
+    """Errors of every law, and its n, or its k_0 of each chamber."""
     heads, rows = fit_heads(fit), fit_rows(fit)
     errors = 1 + len(ERRORS)
     first = [head.removeprefix("rms ").replace(" (", "\n(") for head in heads[:errors]]
-    columns = [(name, heads.index(head)) for name, head in (("n  ", "n"), ("k_0", "k_0 (W/K)"))]
-    laws = [[*row[:errors], next((f"{name} {row[i]}" for name, i in columns if row[i]), "")] for row in rows]
-    return _table(RANKED, (*first, "n, or k_0 (W/K)"), laws)
+    shown = {"n": "n", "k_0 of A (W/K)": "A", "k_0 of B (W/K)": "B"}
+    columns = [(shown[head], i) for i, head in enumerate(heads) if head in shown]
+    laws = [[*row[:errors], "\n".join(f"{name} {row[i]}" for name, i in columns if row[i])] for row in rows]
+    return _table(RANKED, (*first, "n, or k_0 of A and B\n(W/K)"), laws)
 
 
 def _law_table(fit: FitResult) -> Table:
