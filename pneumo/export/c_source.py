@@ -18,14 +18,15 @@ from pneumo.linear.observer import FIRST_PRESSURE
 KEYWORDS = ("if ({}) {{", "}} else if ({}) {{", "} else {", "}")
 
 
-class _C(C99CodePrinter):
-    """Prints a system's constants as members of the struct of parameters."""
+class CPrinter(C99CodePrinter):
+    """SymPy printer of C in which a system's constants are members of its struct of parameters."""
 
-    def __init__(self, precision: str, parameters: set[str]) -> None:
+    def __init__(self, constants: list[Constant], precision: str = "double") -> None:
         super().__init__(
             {"math_macros": {}} | ({"type_aliases": {real: float32}} if precision == "float" else {})
         )
-        self.suffix, self.parameters = "f" if precision == "float" else "", parameters
+        self.suffix = "f" if precision == "float" else ""
+        self.parameters = {constant.name for constant in constants}
 
     def _print_Float(self, flt: Any) -> str:
         return digits(float(flt)) + self.suffix
@@ -35,12 +36,7 @@ class _C(C99CodePrinter):
         return f"p->{name}" if name in self.parameters else name
 
 
-def printer_of(constants: list[Constant], precision: str = "double") -> _C:
-    """SymPy printer of C in which a system's constants are members of its struct of parameters."""
-    return _C(precision, {constant.name for constant in constants})
-
-
-def _body(statements: list[Statement], precision: str, printer: _C) -> str:
+def _body(statements: list[Statement], precision: str, printer: CPrinter) -> str:
     lines = list[str]()
     for s in statements:
         pattern = f"const {precision} {{}} = {{}}; /* {s.comment} */"
@@ -83,7 +79,7 @@ def c99(
             "piston": {"x", "v", "P_A", "P_B", "force"},
         }
         parts |= {f"{part}_changes": with_tangents(parts[part], of) for part, of in moving.items()}
-    printer = printer_of(constants, precision)
+    printer = CPrinter(constants, precision)
     known |= names | {part: _body(of, precision, printer) for part, of in parts.items()}
     known |= {
         "f": precision,

@@ -22,7 +22,7 @@ from pneumo.equations.branches import Choice
 from pneumo.equations.equation_list import Constant, Statement
 from pneumo.equations.system import System, quantity, rate_unit
 from pneumo.errors import InputError
-from pneumo.export.c_source import Kink, c99, printer_of
+from pneumo.export.c_source import CPrinter, Kink, c99
 from pneumo.export.printing import TEMPLATES, digits, heading, printed, validity
 from pneumo.physics.cylinder import Side
 
@@ -173,7 +173,7 @@ def fmu(system: System, fmi: Literal[2, 3] = 2) -> bytes:
     if fmi not in (2, 3):
         raise InputError(f"--fmi {fmi}: must be 2 or 3")
     parts, constants = printed(system)
-    indicators = kinks(system, parts, printer_of(constants))
+    indicators = kinks(system, parts, CPrinter(constants))
     sources = c99(system, "model", kinks=indicators, derivatives=True)
     del sources["model_test.c"]
     # With Coulomb friction a step that reverses the velocity ends at rest, which an outer solver cannot do.

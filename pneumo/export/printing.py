@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from importlib.metadata import version
 from textwrap import wrap
-from typing import Any, NamedTuple
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from sympy import Symbol
@@ -39,21 +39,11 @@ TEMPLATES = Environment(
 )
 
 
-class Printed(NamedTuple):
-    """Symbolic assignments of a system, by its parts, and the constants that they need.
+def printed(system: System, also: Iterable[str] = ()) -> tuple[dict[str, list[Statement]], list[Constant]]:
+    """Symbolic assignments of a system, by its parts, and the constants that they need and of `also`.
 
     Rates have the parts valve, chamber, piston and stops; a substep has before, opened, moved and after; its
     length has flows and pace. Those of an absent valve or piston are empty.
-    """
-
-    parts: dict[str, list[Statement]]
-    constants: list[Constant]
-
-
-def printed(system: System, also: Iterable[str] = ()) -> Printed:
-    """Symbolic assignments of a system.
-
-    `also` names further constants to include, beside those that the assignments need.
     """
     plant, dynamics, n = symbols_of(system.plant), symbolic(system.dynamics, "valve_"), Symbol("n", real=True)
     model, valve, own = system.model, system.valve, system.chamber_states
@@ -77,7 +67,7 @@ def printed(system: System, also: Iterable[str] = ()) -> Printed:
     needed = names_in(tuple(s.value for part in parts.values() for s in part))
     needed |= {name for names in system.of_chambers.values() for name in names.values()}.union(also)
     known = constants(system.plant, system.n, system.dynamics)
-    return Printed(parts, [constant for constant in known if constant.name in needed])
+    return parts, [constant for constant in known if constant.name in needed]
 
 
 def known_to_all(system: System, mark: str = "") -> dict[str, Any]:

@@ -5,7 +5,6 @@ import io
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Literal
 
 import matplotlib as mpl
 from matplotlib import rc_params_from_file
@@ -90,10 +89,9 @@ def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:
     return svg, png
 
 
-def image_address(fig: Figure, kind: Literal["svg", "png"] = "svg") -> str:
-    """Return a figure as a data URI, for the `src` of an image in a page."""
+def image_address(fig: Figure) -> str:
+    """Return a figure as the data URI of a PNG image, for its `src` in a page."""
     buffer = io.BytesIO()
     with paper_style():
-        fig.savefig(buffer, format=kind, metadata=METADATA[kind])
-    content = base64.b64encode(buffer.getvalue()).decode()
-    return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{content}"
+        fig.savefig(buffer, format="png", metadata=METADATA["png"])
+    return f"data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}"

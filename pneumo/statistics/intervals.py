@@ -38,11 +38,6 @@ class Interval(NamedTuple):
         return Interval(*(factor * value for value in self))
 
 
-def student_quantile(degrees: int) -> float:
-    """Quantile of Student's t for a 95 % interval: half the interval's width over the standard error."""
-    return float(stdtrit(degrees, (1 + CONFIDENCE) / 2))
-
-
 def student_interval(samples: np.ndarray) -> np.ndarray:
     """Mean of independent samples along the last axis, and the ends of its 95 % interval; shape (3, ...).
 
@@ -51,5 +46,6 @@ def student_interval(samples: np.ndarray) -> np.ndarray:
     mean, count = samples.mean(-1), samples.shape[-1]
     if count < 2:
         return np.array([mean, np.full_like(mean, np.nan), np.full_like(mean, np.nan)])
-    half = student_quantile(count - 1) * samples.std(-1, ddof=1) / count**0.5
+    quantile = float(stdtrit(count - 1, (1 + CONFIDENCE) / 2))
+    half = quantile * samples.std(-1, ddof=1) / count**0.5
     return np.array([mean, mean - half, mean + half])

@@ -35,5 +35,5 @@ def fit_page(fit: FitResult, name: str) -> str:
         answer=answer_text(fit),
         experiments=next_experiments(fit),
         lights=LIGHT_LOOKS,
-        pressures=image_address(residual_figure(fit), "png"),
+        pressures=image_address(residual_figure(fit)),
     )
