@@ -6,6 +6,7 @@ figure with both; every number leads to its cell and its tolerance. Then errata 
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -153,8 +154,11 @@ def _words(verdict: Mapping[str, Any]) -> str:
         set_up = sum(place["set_up"] for place in verdict["places"])
         kind = "are inputs, which cannot fail" if set_up == count - judged else "are inputs or were not run"
         left = f"; the other {count - judged} {kind}"
+    scatter = ""
+    if headline["statuses"][SCATTER]:
+        scatter = " Numbers outside their tolerance still agree if other random numbers change them as much."
     text = (
-        f"A <b>fact</b> is one thing that the paper says; it is as good as its worst number."
+        f"A <b>fact</b> is one thing that the paper says; it is as good as its worst number.{scatter}"
         f" Of the paper's numbers and statements {count} were collected, and {judged} of them judged{left}."
     )
     if headline["choices"]:
@@ -405,19 +409,31 @@ def _facts(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
     if about["tolerances"]:
         words += f" Tolerances: {marked(about['tolerances'])}."
     yield f"<p>{words}</p>"
+    shared = Counter(tuple(fact["chosen"]) for fact in verdict["facts"] if fact["chosen"])
+    groups = [chosen for chosen, count in shared.items() if count > 1]
+    for number, chosen in enumerate(groups, 1):
+        yield f'<p id="choices-{number}">Free choices, group {number}: {_choice_links(chosen)}.</p>'
     folded = [fact for fact in verdict["facts"] if fact["status"] in (AGREES, NOT_JUDGED)]
-    yield from (_fact(fact, verdict) for fact in verdict["facts"] if fact not in folded)
+    yield from (_fact(fact, verdict, groups) for fact in verdict["facts"] if fact not in folded)
     if folded:
         yield f"<details><summary>{len(folded)} that agree or are not judged</summary>"
-        yield from (_fact(fact, verdict) for fact in folded)
+        yield from (_fact(fact, verdict, groups) for fact in folded)
         yield "</details>"
     yield "</section>"
 
 
-def _fact(fact: Row, verdict: Mapping[str, Any]) -> str:
+def _choice_links(names: Iterable[str]) -> str:
+    return ", ".join(f'<a href="#assumption-{_id(name)}">{escape(name)}</a>' for name in names)
+
+
+def _fact(fact: Row, verdict: Mapping[str, Any], groups: Sequence[tuple[str, ...]]) -> str:
+    """A fact with its numbers; free choices of several facts are listed once, as one of the `groups`."""
     members = [item for item in verdict["items"] if item["fact"] == fact["name"]]
     links = ", ".join(f'<a href="#{_id(i["id"])}">{escape(i["id"])}</a>' for i in members)
-    chosen = ", ".join(f'<a href="#assumption-{_id(c)}">{escape(c)}</a>' for c in fact["chosen"])
+    chosen = _choice_links(fact["chosen"])
+    if tuple(fact["chosen"]) in groups:
+        number = groups.index(tuple(fact["chosen"])) + 1
+        chosen = f'<a href="#choices-{number}">group {number}</a>'
     spent = f" Free choices: {chosen}; they cost it {fact['spent']} of {fact['items']} degrees of freedom."
     why = f"{marked(fact['why'])}. " if fact["why"] else ""
     return (

@@ -188,26 +188,25 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     reduced, walls = ([name for name in rms if (name in MODELS) == of] for of in (True, False))
     if not reduced:
         return Overview()
-    nearest = reduced[0]
     swing = float(np.mean([of_run["swing"] ** 2 for of_run in facts])) ** 0.5 / KILO
     over = "in the only run" if len(runs) == 1 else f"in {len(runs)} runs"
-    percent = f"{100 * rms[nearest] / swing:.2g} %"
+    at_one_n = {name: _at_one_n(runs, name) for name in reduced}
+    ranked = sorted(reduced, key=lambda name: at_one_n[name])
+    best = ranked[0]
     headline = (
-        f"Of {len(reduced)} simple models of the air in a cylinder, {nearest} is nearest to the full"
-        f" simulation: off by {kpa[nearest]} kPa RMS, {percent} of the pressures' swing"
+        f"Of {len(reduced)} simple models of the air in a cylinder, {best} is nearest to the full simulation"
+        f" with one n for all runs: off by {at_one_n[best]:#.2g} kPa RMS,"
+        f" {100 * at_one_n[best] / swing:.2g} % of the pressures' swing"
     )
+    free = [name for name in ranked if MODELS[name].wall == "none"]
+    if free and MODELS[best].wall != "none":
+        headline += f", if k_0 is right; {free[0]}, which needs no k_0, by {at_one_n[free[0]]:#.2g} kPa"
     text = [
-        f"The full simulation, or full order, computes pressure and temperature of each chamber; the simple"
-        f" models compute the pressure alone. They were compared {over} with the same command and motion."
-        f" These signals are exact here; the paper's were sampled every millisecond. Each model has the"
-        f" polytropic index n that is best for each run.\n"
-        f"With one n for all runs {nearest} is off by {_at_one_n(runs, nearest):#.2g} kPa."
+        f"The full simulation, or full order, has pressure and temperature of each chamber; the simple models"
+        f" have the pressure alone. They were compared {over} with the same command and motion, exact here,"
+        f" sampled every millisecond in the paper. k_0 is the wall's conductance, n the polytropic index.\n"
+        f"The figure has the best n of each run: with it {reduced[0]} is off by {kpa[reduced[0]]} kPa."
     ]
-    if MODELS[nearest].wall != "none":
-        text.append("It knows the true heat conductance of the wall, k_0.")
-    free = [name for name in reduced if MODELS[name].wall == "none"]
-    if free and free[0] != nearest:
-        text.append(f"{free[0]}, which needs no k_0, is off by {kpa[free[0]]} kPa with its best n.")
     if walls:
         factors = {conductance_factor(e.plant.cylinder.bore) for e in study.experiments.values()}
         known = " to ".join(dict.fromkeys(f"{factor:.2g}" for factor in sorted(factors)))
@@ -254,12 +253,13 @@ def _model(name: str) -> dict[str, Any]:
     text = f"{name} by the factor within which it is known without a measurement"
     if model is not None:
         mixing = "mixing" if model.mixing else "no mixing"
-        text = f"{model.temperature} temperature, {mixing}, wall heat {model.wall}"
+        indices = " / ".join(dict.fromkeys(map(str, (model.n_V, model.n_in, model.n_out))))
+        text = f"index {indices}, {model.temperature} temperature, {mixing}, wall heat {model.wall}"
     return {
         "name": name.replace("k_0", "k₀").replace(
             " ", "\u00a0"
         ),  # the page's address has spaces between names
-        "text": text.replace("k_0", "k₀"),
+        "text": text.replace("k_0", "k₀").replace("gamma", "γ"),
         "colour": look.color,
         "on_dark": on_dark(look.color),
         "dash": [] if isinstance(look.linestyle, str) else look.linestyle[1],
