@@ -6,7 +6,7 @@ import numpy as np
 
 from pneumo.configuration.priors import Accuracy
 from pneumo.fitting.fit_problem import Problem
-from pneumo.fitting.fit_result import AS_STATED, COMMANDS_END, Estimate, Light, first_words
+from pneumo.fitting.fit_result import AS_STATED, COMMANDS_END, Estimate, Light
 from pneumo.fitting.settings import OF_STATED, REACHED, ROUGH, ROUGH_PART, VAGUE, VAGUE_PART
 from pneumo.quantities.table import PARAMETERS, STARTS
 from pneumo.statistics.intervals import Interval
@@ -57,32 +57,8 @@ def light_and_reason(
         light, reason = "yellow", WIDE
     if doubts:
         light = "yellow"
-        reason += ("; " if reason else "") + first_words(doubts[0])
+        reason += ("; " if reason else "") + f"see the warning{'s' if len(doubts) > 1 else ''}"
     return light, reason
-
-
-def determined_text(judgements: Mapping[str, tuple[Light, str]]) -> str:
-    """How many parameters have narrow, wide or open intervals, or are known as stated only.
-
-    A warning makes a light yellow whatever the interval is, so that the reason counts too.
-    """
-    counts = dict.fromkeys(("determined", "roughly", "as stated", "not"), 0)
-    doubted = 0
-    for light, reason in judgements.values():
-        if light == "red":
-            counts["not"] += 1
-        elif light == AS_STATED or reason.startswith(ADDS_LITTLE):
-            counts["as stated"] += 1
-        elif reason.startswith(WIDE):
-            counts["roughly"] += 1
-        else:  # narrow, if only up to the largest command of the record
-            counts["determined"] += 1
-            doubted += light == "yellow" and not reason.startswith(COMMANDS_END)
-    determined = counts.pop("determined")
-    verb = "is" if determined == 1 else "are"
-    text = f"Of {len(judgements)} parameters of the rig, {determined} {verb} determined"
-    text += "".join(f", {count} {kind}" for kind, count in counts.items() if count)
-    return f"{text}; warnings concern {doubted} of those determined" if doubted else text
 
 
 def within_commands(

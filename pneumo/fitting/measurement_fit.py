@@ -21,7 +21,7 @@ from pneumo.fitting.estimate import (
 )
 from pneumo.fitting.fit_problem import Problem, inapplicable, priors, with_causes
 from pneumo.fitting.fit_result import Estimate, FitResult, equally_good, fit_data
-from pneumo.fitting.fit_warnings import disagreements, doubtful, fit_warnings, undetermined_notes
+from pneumo.fitting.fit_warnings import disagreements, doubtful, fit_warnings, odd_values, undetermined_notes
 from pneumo.fitting.held_out import held_out_warnings
 from pneumo.fitting.least_squares import covariances, expected_shifts, remainder_shifts
 from pneumo.fitting.lights import lights, within_commands
@@ -112,6 +112,12 @@ def fit_measurement(
     if has_full:
         of_rig += held_out_warnings(judged, record, best, known)
     reduced = [name for name in equally_good(estimates) if name != FULL.name]
+    odd = [
+        f"{name}: {text}"
+        for name, of in estimates.items()
+        if name != judged.model.name and "n" in of.values
+        for text in odd_values({"n": of.values["n"]}, (), plant, meaning="it compensates for something else")
+    ]
     logarithmic = [name for name in judged.names if PARAMETERS[name].logarithmic]
     judgements = lights(judged, best, known, of_rig) if has_full else {}
     if not plant.valve.paths.knots:  # its curve is stated
@@ -124,6 +130,7 @@ def fit_measurement(
             *long,
             *([CURVE_NOTE.format(record.largest)] if {*CURVE} <= {*also} else []),
             *undetermined_notes(best, logarithmic),
+            *odd,
             *(wall_law_notes(best) if has_full else ()),
             *dead_volume_notes(m, plant, known),
             *alike_notes(reduced),

@@ -20,6 +20,7 @@ from pneumo.publish.text.terminal_tables import (
     fit_rows,
     fit_tables,
     full_order_table,
+    lights_text,
     print_table,
     rig_rows,
 )
@@ -126,6 +127,7 @@ def test_C_is_green_at_the_largest_command_of_the_record_only(a_fit):
     assert at_most[1] == "yellow" and at_4_5[1] == "green"
     C, lower = (float(row[2].partition(" ")[0]) for row in (at_most, at_4_5))
     assert lower == pytest.approx(0.45 * C, rel=0.01)
+    assert lights_text(rows) == f"{len(rows) - 1} green, 1 yellow (C)"
     as_stated = {name: ("as stated", ADDS_LITTLE) for name in fit.judgements}
     assert columns(printed(full_order_table(rig_rows(replace(fit, judgements=as_stated))))) <= 80
     assert LIGHT_LOOKS.keys() == {*get_args(Light)}

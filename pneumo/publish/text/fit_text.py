@@ -1,8 +1,8 @@
 """Sentences on a fit: its answer, and the next experiment."""
 
 from pneumo.fitting.fit_result import FitResult, rms_of_chambers
-from pneumo.fitting.lights import determined_text
 from pneumo.publish.text.formatting import KILO
+from pneumo.publish.text.terminal_tables import lights_text, rig_rows
 from pneumo.quantities.table import FULL_ORDER, PARAMETERS, QUANTITIES
 
 MOST_ADVICE = 2  # lines on what to do next
@@ -16,7 +16,7 @@ EXPERIMENTS = {  # that determine a group of parameters
 
 
 def answer_text(fit: FitResult) -> str:
-    """Best model on the part held out, best reduced one, and how many parameters are determined."""
+    """Best model on the part held out, best reduced one, and how many parameters have each light."""
     first, best = fit.models[0], fit.best_model
     swing = rms_of_chambers(fit.data["P"].std("t").values)
     error = fit.error(first)
@@ -27,7 +27,7 @@ def answer_text(fit: FitResult) -> str:
         other = "law" if fit.closed else "reduced model"
         text += f". Best {other}: {best}, {fit.error(best) / KILO:.3g} kPa"
     if fit.judgements:
-        text += f". {determined_text(fit.judgements)}"
+        text += f". Parameters of the rig: {lights_text(rig_rows(fit))}"
     return f"{text}."
 
 

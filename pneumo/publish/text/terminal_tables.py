@@ -1,5 +1,6 @@
 """Tables for the terminal; pages show the rows of some of them too."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 from typing import Any
@@ -209,7 +210,7 @@ def rig_rows(fit: FitResult) -> list[list[str]]:
         interval = Interval(*(factor * cell[key].item() for key in ("estimate", "low", "high")))
         # Not `formatting.ends_text`: these may be negative, and an end at zero is a limit.
         form = ".2g" if name in VALVE else ".4g" if name == "P_s" else ".3g"
-        value = f"{interval.value:{form}} ({interval.ends_text(form)})"
+        value = f"{_rounded(interval):{form}} ({interval.ends_text(form)})"
         row = [f"{heading} ({unit})" if unit else heading, light, value, "–", "–", reason]
         moved = factor * cell["moved_by"].values if "moved_by" in cell else np.full(1, np.nan)
         if np.isfinite(moved).all() and moved.any():
@@ -223,6 +224,22 @@ def rig_rows(fit: FitResult) -> list[list[str]]:
             row[3] = f"± {part * np.sqrt(moved @ moved):.2g}" if row[3] != "–" else row[3]
             rows.append(row)
     return rows
+
+
+def _rounded(interval: Interval) -> float:
+    """Value of an interval to two digits of its half-width: one that is zero within it is short."""
+    half = (interval.high - interval.low) / 2
+    return round(interval.value, 1 - math.floor(math.log10(half))) + 0.0 if half > 0 else interval.value
+
+
+def lights_text(rows: Sequence[Sequence[str]]) -> str:
+    """How many of the `rig_rows` have each light, with the names of those that are yellow or red."""
+    counts: list[str] = []
+    for light in ("green", "yellow", "red", AS_STATED):
+        names = [row[0].partition(" (")[0] for row in rows if row[1] == light]
+        listed = f" ({', '.join(names)})" if light in ("yellow", "red") else ""
+        counts += [f"{len(names)} {light}{listed}"] if names else []
+    return ", ".join(counts)
 
 
 def fit_tables(fit: FitResult) -> list[Table]:
