@@ -203,10 +203,8 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
         inputs = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), *steps, start
         return pressures_on_flows(motion, *inputs)
     if problem.model.name != FULL_ORDER:
-        plant = problem.plant._replace(k_0=1.0)
-        return pressures_of_sets(signals.u, motion[None], lanes, V_d, plant, *steps, start, P_s=signals.P_s)[
-            0
-        ]
+        sets = lanes, V_d, problem.plant._replace(k_0=1.0), *steps, start
+        return pressures_of_sets(signals.u, motion[None], *sets, P_s=signals.P_s)[0]
     start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
     c, ratio = problem.plant.conditions, problem.plant.valve.exhaust
     T_in = np.array([value.get("T_in", c.T_in) for value in values])

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from textwrap import shorten
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, Self
 
@@ -22,7 +21,6 @@ AS_STATED = "as stated"
 COMMANDS_END = "the record's commands end at"  # reason of a light
 # Of a parameter: determined, known from the configuration alone, to be checked, not determined.
 Light = Literal["green", "as stated", "yellow", "red"]
-FIRST_WORDS = 48  # characters by which a table names a warning
 
 
 class FitWarning(str):
@@ -84,11 +82,6 @@ def equally_good(estimates: Mapping[str, Estimate]) -> list[str]:
     """Models whose error on the part held out is at most `AS_GOOD` times the lowest."""
     errors = {name: rms_of_chambers(estimate.held_out) for name, estimate in estimates.items()}
     return [name for name in errors if errors[name] <= AS_GOOD * min(errors.values())]
-
-
-def first_words(text: str) -> str:
-    """Beginning of a sentence, cut at a word."""
-    return shorten(text, FIRST_WORDS, placeholder=" ...")
 
 
 @dataclass(frozen=True, kw_only=True)

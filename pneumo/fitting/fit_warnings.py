@@ -12,12 +12,11 @@ import numpy as np
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
-from pneumo.configuration.priors import Accuracy, accuracy
-from pneumo.fitting.circuits import circuit_text
-from pneumo.fitting.fit_problem import LIMITS, Problem, fit, inapplicable
+from pneumo.configuration.priors import Accuracy
+from pneumo.fitting.fit_problem import LIMITS, Problem, fit, inapplicable, replayed_pressures
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
 from pneumo.fitting.position_checks import stated, stated_volume_warnings
-from pneumo.fitting.residuals import Residual, residuals
+from pneumo.fitting.residuals import BLOCK, Residual, residuals
 from pneumo.fitting.settings import (
     ALLOWED,
     COLOURED,
@@ -34,7 +33,7 @@ from pneumo.fitting.settings import (
 from pneumo.physics.models import FULL
 from pneumo.quantities.table import (
     CAUSES,
-    CURVE,
+    CHOICES,
     PARAMETERS,
     QUANTITIES,
     STARTS,
@@ -46,10 +45,15 @@ CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
 UNTRUSTED = "do not trust these parameters"
 STEPS = 20  # of a search for a cause
 BEYOND = 0.02  # of n outside 1..gamma that noise explains
+# Parts of a circuit that no parameter describes are known by where they leave residuals.
+BEGINNING = 0.2  # of a record, in which a soft start fills the supply
+NEAR_END = 0.15  # of the stroke, from either stop, in which a cushion acts
+CONFINED = 0.75  # of the sum of squares, in the samples of one of these
+MOST = 1 / 3  # of the samples that these may be; else they show no shape
 
 
 def fit_warnings(
-    problem: Problem, estimate: Estimate, known: Accuracy | None = None, stops_shown: bool = False
+    problem: Problem, estimate: Estimate, known: Accuracy, stops_shown: bool = False
 ) -> list[str]:
     """Warnings of unexplained residuals and their likely cause; of odd parameters if no cause is found.
 
@@ -57,7 +61,7 @@ def fit_warnings(
     """
     name, split = problem.model.name, residuals(problem, problem.inner(estimate.values))
     of_chambers = dict(zip("AB", split, strict=True))
-    of_parameters = parameter_warnings(problem, estimate, known or accuracy(), stops_shown)
+    of_parameters = parameter_warnings(problem, estimate, known, stops_shown)
     if name != FULL.name:
         return residual_warnings(name, of_chambers) + of_parameters
     least = ALLOWED * estimate.of_configuration
@@ -169,7 +173,8 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], estimate: Estima
     """
     before = _coloured(split)
     explained: dict[str, tuple[float, str, tuple[str, ...]]] = {}
-    for cause, names in ({name: (name,) for name in CAUSES} | {VALVE_CURVE: CURVE}).items():
+    for cause in (*CAUSES, VALVE_CURVE):
+        names = CHOICES[cause]
         if {*names} & {*problem.also} or inapplicable(cause, problem.plant, problem.signals):
             continue
         trial, start, enough = replace(problem, also=(*problem.also, *names)), None, EXPLAINED * before
@@ -191,6 +196,40 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], estimate: Estima
     tied = ": this record cannot tell which" if len(alike) > 1 else ""
     concerned = dict.fromkeys(name for *_, moved in alike for name in moved)
     return [FitWarning(f"{' or '.join(text for _, text, _ in alike)} {change}{tied}", *concerned)]
+
+
+def circuit_text(problem: Problem, estimate: Estimate) -> str:
+    """Half sentence on the part of a circuit that residuals of a full order look like, if on any."""
+    prior = problem.priors.get("exhaust")
+    if prior and np.log(estimate.values["exhaust"] / prior.centre) < -OUTSIDE * prior.deviation:
+        ratio = estimate.values["exhaust"] / prior.centre
+        return f"the exhaust passes {ratio:.2g} times what is configured, as behind a throttle"
+    signals = problem.signals
+    replayed = replayed_pressures(problem, problem.inner(estimate.values)[None])[0]
+    x = signals.motion[:: signals.stride, 0, 0]
+    return place_text(signals.residual(replayed), x, problem, signals.period)
+
+
+def place_text(residual: np.ndarray, x: np.ndarray, problem: Problem, period: float) -> str:
+    """Half sentence on where a residual is: `residual`, Pa, by (chamber, sample), at positions `x`, m."""
+    length = max(1, round(BLOCK / period))
+    blocks = len(x) // length
+    means = residual[:, : blocks * length].reshape(2, blocks, length).mean(axis=2)
+    squares = np.sum(means**2, axis=0)
+    c = problem.plant.cylinder
+    travel = (x[: blocks * length : length] - c.x_min) / c.stroke
+    places = {
+        f"the residual is in the first {BEGINNING * len(x) * period:.2g} s, as with a soft start": (
+            np.arange(blocks) < BEGINNING * blocks
+        ),
+        "the residual is near the ends of the stroke, as with cushions": (
+            np.minimum(travel, 1 - travel) < NEAR_END
+        ),
+    }
+    for text, inside in places.items():
+        if 0 < inside.mean() <= MOST and squares[inside].sum() >= CONFINED * squares.sum():
+            return text
+    return "none of the causes that pneumo knows explains it"
 
 
 def _coloured(split: Sequence[Residual]) -> float:

@@ -61,12 +61,8 @@ def fitted_configuration(
     that export the best reduced model. Of experiments that differed only in k_0, the first of each loop and
     signal is kept.
 
-    Parameters
-    ----------
-    configuration, plant
-        Configuration that the fit began with, and the cylinder's plant there.
-    record : str
-        Name of the measurement, whose temperature and mean supply pressure are written too.
+    The fit began with `configuration` and, of the cylinder, `plant`; temperature and mean supply pressure
+    are from the measurement, which is named `record`.
     """
     content = configuration.model_dump(exclude_unset=True)
     rig, notes = fit.model_of_rig, list[str]()

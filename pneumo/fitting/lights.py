@@ -12,7 +12,6 @@ from pneumo.quantities.table import PARAMETERS, STARTS
 from pneumo.statistics.intervals import Interval
 
 ADDS_LITTLE = "the record adds little to the stated accuracy"
-WIDE = "wide interval"
 
 
 def lights(
@@ -54,7 +53,7 @@ def light_and_reason(
     if width > min(OF_STATED * stated, vague):
         light, reason = AS_STATED, ADDS_LITTLE
     elif width > rough and not np.isfinite(stated):
-        light, reason = "yellow", WIDE
+        light, reason = "yellow", "wide interval"
     if doubts:
         light = "yellow"
         reason += ("; " if reason else "") + f"see the warning{'s' if len(doubts) > 1 else ''}"

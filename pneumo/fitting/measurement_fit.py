@@ -35,7 +35,7 @@ from pneumo.fitting.valve_signal import largest_command
 from pneumo.fitting.wall_laws import wall_law_notes
 from pneumo.physics.models import FULL, MODELS
 from pneumo.physics.valve_dynamics import ValveDynamics
-from pneumo.quantities.table import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS, VALVE_CURVE
+from pneumo.quantities.table import CHOICES, CURVE, PARAMETERS, REPORTED, STARTS
 
 CURVE_NOTE = (
     "the curve of the valve ends at the record's largest command, {:.3g} V; the valve's coefficient and C are"
@@ -54,38 +54,18 @@ def fit_measurement(
     known: Accuracy | None = None,
     progress: Callable[[str], None] = lambda _text: None,
 ) -> FitResult:
-    """Fit models to a measurement, the full order first where it can be fitted.
+    """Fit models to a measurement, the full order first where it can be fitted, as `pneumo.fit` describes.
 
-    Parameters
-    ----------
-    command
-        Signal sampling of the command: `HELD` or `INTERPOLATED`.
-    part
-        Fraction of the record that is fitted.
-    also
-        Names of `CHOICES` that are fitted without prior knowledge, with the full order; the reduced models
-        then get the corrected plant and pressures.
-    known
-        Accuracy of what is configured; by default that of `pneumo.configuration.priors.accuracy`.
-    progress
-        Is called with a line after each model.
-
-    Raises
-    ------
-    InputError
-        If a name in `also` is not in `CHOICES` or does not apply to the record, or if there are names but the
-        full order cannot be fitted.
+    `also` has names of `CHOICES`, which are fitted with the full order; the reduced models then get the
+    corrected plant and pressures. `known` is the accuracy of what is configured.
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     has_full = m.m is None
     _check_also(also, measurement, plant)
-    also = tuple(name for choice in also for name in (CURVE if choice == VALVE_CURVE else (choice,)))
+    also = tuple(name for choice in also for name in CHOICES[choice])
     record = stage_signals(m, plant, command)
     split = split_of(record, part)
     record = record._replace(largest=largest_command(m.u[: split + 1], plant))
-    long = long_notes(record, split, part)
-    for note in long:
-        progress(f"note: {note}")
     known = known or accuracy(position_shown=position_shown(m, plant))
     judged = Problem(FULL, plant, record.part(0, split), {}, also)
     behind, off, reference = (plant, record), np.zeros((2, 1)), None
@@ -127,7 +107,7 @@ def fit_measurement(
         data=fit_data(measurement, estimates, (*reported, *starts)),
         notes=(
             *measurement.notes,
-            *long,
+            *long_notes(record, split, part),
             *([CURVE_NOTE.format(record.largest)] if {*CURVE} <= {*also} else []),
             *undetermined_notes(best, logarithmic),
             *odd,
@@ -151,9 +131,8 @@ def _reported(problem: Problem) -> tuple[str, ...]:
 def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[Problem, Estimate]:
     """Full order fitted to the signals of a problem, with priors of what is `known`, and its estimate.
 
-    The problem that is returned has the law of the wall that fits best.
-
-    No interval is computed if the residuals of the first, plain fit make it `doubtful` by `DISTRUST`.
+    The problem that is returned has the law of the wall that fits best. No interval is computed if the
+    residuals of the first, plain fit make it `doubtful` by `DISTRUST`.
     """
     plant, signals = plain.plant, plain.signals
     plain = replace(plain, priors=priors(plant, signals, known, sensor_noise(signals.P, signals.P)))

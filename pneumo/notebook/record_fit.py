@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from textwrap import shorten
 from typing import Any, Literal
 
 import numpy as np
@@ -27,7 +28,7 @@ from pneumo.configuration.schema import Configuration
 from pneumo.equations.named_model import model_row
 from pneumo.errors import InputError, printable
 from pneumo.fitting.closed.closed_fit import fit_closed
-from pneumo.fitting.fit_result import FitResult, first_words
+from pneumo.fitting.fit_result import FitResult
 from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.measurement_fit import fit_measurement, fitted_too, validation
 from pneumo.fitting.mistaken_columns import check_columns
@@ -46,6 +47,7 @@ from pneumo.storage.files import check_output, write_text
 
 Record = Path | str | pd.DataFrame | xr.Dataset
 LOGGER = logging.getLogger("pneumo")
+LONGEST = 48  # characters of a warning in the text of a fit
 
 
 @dataclass(frozen=True, repr=False)
@@ -118,7 +120,7 @@ class RecordFit:
             shown = interval.scaled(quantity.factor)
             unit = f" {quantity.shown_unit}" if quantity.shown_unit else ""
             lines.append(f"  {quantity.heading} = {shown.value:.4g}{unit} ({shown.ends_text('.3g')})")
-        lines += [f"  warning: {first_words(text)}" for text in self.warnings[:2]]
+        lines += [f"  warning: {shorten(text, LONGEST, placeholder=' ...')}" for text in self.warnings[:2]]
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:

@@ -106,7 +106,8 @@ CONFIGURED = of_group("configured", "atmosphere")
 CURVE = of_group("curve")
 ALSO = (*CONFIGURED, *CAUSES, *CURVE)
 VALVE_CURVE = "valve_curve"  # for users: all of `CURVE`
-CHOICES = (*CONFIGURED, *CAUSES, VALVE_CURVE)  # that users may have fitted too
+# What users may have fitted too, and the quantities of each.
+CHOICES = {name: (name,) for name in (*CONFIGURED, *CAUSES)} | {VALVE_CURVE: CURVE}
 VALVE = of_group("valve")  # of the full order only; the reduced models take the valve's from its fit
 STARTS = of_group("start", "first temperature")
 REPORTED = tuple(name for name in PARAMETERS if name not in (*STARTS, *ALSO))

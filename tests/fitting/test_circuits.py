@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from pneumo.configuration.parameters import load, study
-from pneumo.fitting.circuits import circuit_text, place_text
 from pneumo.fitting.fit_problem import Prior, Problem
 from pneumo.fitting.fit_result import Estimate
+from pneumo.fitting.fit_warnings import circuit_text, place_text
 from pneumo.fitting.stage_signals import StageSignals
 from pneumo.physics.models import FULL
 from pneumo.selection.cylinder_template import TEMPLATE

@@ -68,22 +68,10 @@ def fit_closed(
     check: bool = True,
     progress: Callable[[str], None] = lambda _text: None,
 ) -> FitResult:
-    """Fit thermal laws to two closed chambers.
+    """Fit thermal laws to two closed chambers, as `pneumo.fit` describes.
 
-    Parameters
-    ----------
-    part
-        Fraction of the record that is fitted; one run from the first sample predicts the rest.
-    check
-        Whether to refuse chambers that look swapped, and a command that is not about zero.
-    progress
-        Is called with a line after each law.
-
-    Raises
-    ------
-    InputError
-        If no chamber can be fitted: its pressure must change beyond its noise, and follow the piston if that
-        moves. Also if `check` refuses the record.
+    `InputError` if no chamber can be fitted: its pressure must change beyond its noise, and follow the piston
+    if that moves. With `check`, also if chambers look swapped, or the command is not about zero.
     """
     plant = at_temperature(plant, measurement.T)
     record, at = closed_record(measurement, plant), plant.conditions

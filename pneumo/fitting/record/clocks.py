@@ -38,10 +38,6 @@ ODD_UNITS = (  # of clocks whose unit nobody wrote: least and largest value, uni
 LONGEST_STEP = 1.0  # s, between samples of a record whose clock has no unit
 
 
-class NoUnitError(InputError):
-    """Times whose unit a file does not have."""
-
-
 class Ticks(NamedTuple):
     """Numbers of a clock, none missing, and their unit."""
 
@@ -61,11 +57,11 @@ Rule = Callable[[Ticks], tuple[Ticks, str] | None]  # and a note; None where it 
 def date_numbers(ticks: Ticks) -> tuple[Ticks, str] | None:
     """Numbers without a unit that are days or seconds of a date."""
     low, high = ticks.values.min(), ticks.values.max()
+    rising = ticks.steps[ticks.steps > 0]
+    usual = float(np.median(rising)) if len(rising) else 0.0
     for least, largest, unit, name in ODD_UNITS:
-        usual = (
-            float(np.median(ticks.steps[ticks.steps > 0])) * TIMES[unit] if (ticks.steps > 0).any() else 0.0
-        )
-        if not ticks.unit and least <= low and high <= largest and usual <= LONGEST_STEP:
+        within = least <= low and high <= largest
+        if not ticks.unit and within and usual * TIMES[unit] <= LONGEST_STEP:
             return ticks._replace(unit=unit), f"no unit, read as {name}"
     return None
 
@@ -77,18 +73,16 @@ def wrapped(ticks: Ticks) -> tuple[Ticks, str] | None:
         return None
     usual = float(np.median(ticks.steps[~back]))
     lengths = {f"2^{bits}": 2**bits for bits in (16, 32)}
-    lengths |= {
-        f"2^{bits} {unit}": 2**bits * TIMES[unit] / factor for bits in (16, 32) for unit in ("us", "ms")
-    }
+    for bits in (16, 32):
+        lengths |= {f"2^{bits} {unit}": 2**bits * TIMES[unit] / factor for unit in ("us", "ms")}
     lengths |= {"1 h": 3600 / factor, "24 h": 86400 / factor}
     for name, length in lengths.items():
         ahead = ticks.steps[back] + length
         if (ahead >= 0).all() and (ahead <= CONTINUES * usual).all():
             count = np.concatenate([[0], np.cumsum(back)])
             length = round(length) if ticks.values.dtype.kind in "iu" else length
-            return ticks._replace(
-                values=ticks.values + count * length
-            ), f"begins anew after {name}, continued"
+            continued = ticks._replace(values=ticks.values + count * length)
+            return continued, f"begins anew after {name}, continued"
     return None
 
 
@@ -113,12 +107,13 @@ RULES: tuple[Rule, ...] = (date_numbers, wrapped, coarse)  # each on the result 
 
 
 def seconds(
-    path: Path, clock: Channel, unit: str, present: np.ndarray | None = None
+    path: Path, clock: Channel, unit: str, present: np.ndarray | None = None, proposed: str = ""
 ) -> tuple[int, np.ndarray, str]:
     """Time of the first sample, ns, the times of all since then, s, NaN where there is none, and a note.
 
     Numbers in `unit`, stamps, or durations such as `0.5 sec` or `00:01:02.5`; the note names the `RULES` that
-    applied. `present` says which of these samples the fullest signal has.
+    applied. `present` says which of these samples the fullest signal has; the message on a unit that is
+    missing ends with the text `proposed`.
     """
     values = np.asarray(pd.Series(clock.values).infer_objects())
     if values.dtype.kind in "OUS":
@@ -150,7 +145,7 @@ def seconds(
             notes.append(f"column {printable(clock.name, 30)}: {note}")
     read = reading("t", ticks.unit)
     if isinstance(read, str):
-        raise (InputError if unit else NoUnitError)(f"{path}: column {printable(clock.name, 30)}: {read}")
+        raise InputError(f"{path}: column {printable(clock.name, 30)}: {read}{'' if unit else proposed}")
     t = np.full(len(absent), np.nan)
     if absent.all():
         return 0, t, ""

@@ -36,7 +36,6 @@ MOST_NAMED = 8  # columns that a message names
 LIKELY = {"t": "s", "u": "V", "x": "mm", "T": "degC", **dict.fromkeys(("m_A", "m_B"), "kg/s")}
 LIKELY |= dict.fromkeys(("P_A", "P_B", "P_s"), "bar")
 SHUT = "; if the valve was shut all the time: --closed both"
-CURVE = "; it looks like a table of a valve's flow: that is `curve` under `valve` in the file of --config"
 TWO_COMMANDS = (
     "column u_B: a record of a valve for each chamber cannot be fitted by its commands: measure the flows"
     " m_A and m_B in their place"
@@ -63,14 +62,15 @@ class Column(BaseModel):
     scale: Annotated[float, Field(allow_inf_nan=False)] = 1.0
     offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
 
-    def reading(self, path: Path, quantity: str, around: Surroundings, hint: str = "") -> Reading:
+    def reading(self, path: Path, quantity: str, around: Surroundings, proposed: str = "") -> Reading:
         """Factor and offset that convert the column's numbers to SI units, and the unit in full.
 
-        `InputError`, with a hint, if the quantity has no such unit, or the unit is ambiguous.
+        `InputError` if the quantity has no such unit; where there is none, it ends with the text `proposed`.
         """
         found = reading(quantity, self.unit, around)
         if isinstance(found, str):
-            raise InputError(f"{path}: column {printable(self.column, 30)}: {found}{hint}")
+            name = printable(self.column, 30)
+            raise InputError(f"{path}: column {name}: {found}{'' if self.unit else proposed}")
         return found._replace(
             factor=found.factor * self.scale, offset=found.factor * self.offset + found.offset
         )
@@ -180,13 +180,11 @@ def missing_columns(
     """
     guessed = _guessed(channels, known, missing)
     hint = SHUT if "u" in missing else ""
-    if len(channels) < 4 and not {*known, *guessed} - {"t", "u"}:
-        hint = CURVE
     text = (
         f"must have a header such as {missing[0]}_{LIKELY[missing[0]]}, or be named with --columns; columns:"
         f" {_listed(channels)}{hint}"
     )
-    if len(guessed) < len(missing) or hint == CURVE:
+    if len(guessed) < len(missing):
         return text
     return text + proposal({**known, **guessed})
 

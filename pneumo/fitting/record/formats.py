@@ -196,9 +196,8 @@ def _excel(path: Path) -> list[Channel]:
         limit(path, sum(part.file_size for part in package.infolist()), LARGEST_SHEET, "bytes when unpacked")
     text, cells = io.StringIO(), 0
     writer = csv.writer(text, delimiter="\t", lineterminator="\n")
-    for row in (
-        openpyxl.load_workbook(path, read_only=True, data_only=True).worksheets[0].iter_rows(values_only=True)
-    ):
+    sheet = openpyxl.load_workbook(path, read_only=True, data_only=True).worksheets[0]
+    for row in sheet.iter_rows(values_only=True):
         cells += len(row)
         limit(path, len(row), MOST_COLUMNS, "columns")
         limit(path, cells, MOST_CELLS, "cells")
@@ -363,10 +362,7 @@ def _checked(read: Callable[[Path], list[Channel]], path: Path) -> list[Channel]
 def read_channels(source: Path | str | pd.DataFrame | xr.Dataset) -> tuple[Path, list[Channel]]:
     """Path and channels of a file in one of the `FORMATS`, or of a table in memory.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is too large, or is in an unsupported format.
+    `InputError` if the file cannot be read, is too large, or is in an unsupported format.
     """
     if not isinstance(source, Path | str):
         return Path("record"), given_channels(source)

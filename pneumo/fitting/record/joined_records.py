@@ -18,10 +18,8 @@ def joined(records: Sequence[Measurement], part: float, most: int) -> tuple[Meas
     last record is whole in between. A fitted part is the first `part` of a record; all fitted parts together
     have at most `most` samples. A single record is returned as it is.
 
-    Raises
-    ------
-    InputError
-        If there are too many, if they differ in period or in what was measured, or if chambers were closed.
+    `InputError` if there are too many, if they differ in period or in what was measured, or if chambers were
+    closed.
     """
     first, *others = records
     if not others:

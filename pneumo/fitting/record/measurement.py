@@ -14,7 +14,6 @@ from scipy.ndimage import binary_dilation
 from pneumo.configuration.experiment import Plant
 from pneumo.errors import InputError, printable
 from pneumo.fitting.record.channel import Channel, numbers, refuse
-from pneumo.fitting.record.clocks import NoUnitError
 from pneumo.fitting.record.columns import (
     Column,
     Columns,
@@ -113,13 +112,10 @@ def read_series(
         clock = clock_of[quantity]
         if quantity in OPTIONAL and np.isnan(numbers(path, channel, quantity)).all():
             continue
-        hint = "" if columns[quantity].unit else proposal(known)
-        read = columns[quantity].reading(path, quantity, around, hint)
-        t_unit = clock_unit(clock, columns)
-        try:
-            found[quantity] = series(path, channel, quantity, clock, t_unit, read, fullest[clock.name])
-        except NoUnitError as error:
-            raise InputError(f"{error}{proposal(known)}") from None
+        proposed, t_unit = proposal(known), clock_unit(clock, columns)
+        read = columns[quantity].reading(path, quantity, around, proposed)
+        present = fullest[clock.name]
+        found[quantity] = series(path, channel, quantity, clock, t_unit, read, present, proposed)
     start = min((signal.start for signal in found.values()), default=0)
     return {q: s._replace(start=start, t=s.t + (s.start - start) / 1e9) for q, s in found.items()}
 
@@ -134,22 +130,8 @@ def read_measurement(
 ) -> Measurement:
     """Measurement from a file or table, checked against cylinder, valve and supply of the plant.
 
-    Parameters
-    ----------
-    source
-        File in one of the `FORMATS`, or a table of columns named as in a file.
-    mapping
-        Column and unit of each quantity; by default as the file's header names them.
-    from_end
-        Whether the position counts from the end where chamber A is smallest, and not from mid-stroke.
-    closed
-        Whether both chambers were closed: then neither command nor flows are needed. A record whose command
-        or flows are all zero is taken for one of closed chambers too.
-
-    Raises
-    ------
-    InputError
-        If the file or one of its values is not usable; the text names the place and what is allowed.
+    `pneumo.read_record` describes the arguments; `from_end` is whether x counts from the end where chamber A
+    is smallest. A record whose command or flows are all zero is taken for one of closed chambers too.
     """
     path, channels = read_channels(source)
     columns = columns_of(mapping, channels)

@@ -64,12 +64,13 @@ def series(
     t_unit: str,
     read: Reading,
     present: np.ndarray,
+    proposed: str,
 ) -> Series:
     """Numbers of a channel at their times. `InputError` if one has no time, or time does not increase.
 
-    `present` says which samples of its clock the fullest signal has.
+    `present` and `proposed` are as in `seconds`.
     """
-    start, t, note = seconds(path, clock, t_unit, present)
+    start, t, note = seconds(path, clock, t_unit, present, proposed)
     values = numbers(path, channel, quantity)
     if len(values) != len(t):
         name = printable(channel.name, 30)

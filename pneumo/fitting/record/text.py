@@ -65,10 +65,7 @@ class _Table(NamedTuple):
 def read_text(path: Path, content: bytes) -> list[Channel]:
     """Channels of a text file.
 
-    Raises
-    ------
-    InputError
-        If there are no numbers in columns, no names above them, or too many rows or columns.
+    `InputError` if there are no numbers in columns, no names above them, or too many rows or columns.
     """
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):  # Excel's "Unicode text"
         content = content.decode("utf-16", errors="replace").encode()
@@ -153,12 +150,10 @@ def _fields(line: str, separator: str) -> list[str]:
     if separator == " ":
         return line.split()
     try:
-        fields = [
-            field.strip()
-            for field in next(csv.reader([line], delimiter=separator, skipinitialspace=separator != "\t"), [])
-        ]
+        row = next(csv.reader([line], delimiter=separator, skipinitialspace=separator != "\t"), [])
     except csv.Error:  # a field of more than 131,072 characters
         return []
+    fields = [field.strip() for field in row]
     while fields and not fields[-1]:
         fields.pop()
     return fields
@@ -200,9 +195,8 @@ def _first_sample(path: Path, lines: Sequence[str]) -> _Table:
         )
     run = max(runs, key=len)
     index = run[0]
-    separator = max(
-        SEPARATORS, key=lambda s: numeric(lines[run[-1]], s)
-    )  # of several the first: a tab, not spaces
+    # Of several the first: a tab, not spaces.
+    separator = max(SEPARATORS, key=lambda s: numeric(lines[run[-1]], s))
     first = [_fields(lines[k], separator)[0] for k in run[:2]]
     if len(run) > 1 and re.match(r"[^\W\d]", first[0]) and not re.match(r"[^\W\d]", first[1]):
         index = run[1]  # names that are numbers, but for that of the time

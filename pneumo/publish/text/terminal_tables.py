@@ -250,7 +250,7 @@ def fit_tables(fit: FitResult) -> list[Table]:
     """
     heads, rows = [head.removeprefix("rms ").replace(" (", "\n(") for head in fit_heads(fit)], fit_rows(fit)
     if fit.closed:
-        return [_laws_table(fit), _law_table(fit)]
+        return [_laws_table(heads, rows), _law_table(fit)]
     parts = (RANKED, (0, 1, 2, 3, 4), 2), ("Valve and dead volumes", (0, 5, 6, 7), 1)
     return [
         _table(title, [heads[i] for i in columns], [[row[i] for i in columns] for row in rows], gap=gap)
@@ -258,15 +258,13 @@ def fit_tables(fit: FitResult) -> list[Table]:
     ] + [full_order_table(rows) for rows in [rig_rows(fit)] if rows]
 
 
-def _laws_table(fit: FitResult) -> Table:
+def _laws_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
     """Errors of every law, and its n, or its k_0 of each chamber."""
-    heads, rows = fit_heads(fit), fit_rows(fit)
     errors = 1 + len(ERRORS)
-    first = [head.removeprefix("rms ").replace(" (", "\n(") for head in heads[:errors]]
-    shown = {"n": "n", "k_0 of A (W/K)": "A", "k_0 of B (W/K)": "B"}
+    shown = {"n": "n", "k_0 of A\n(W/K)": "A", "k_0 of B\n(W/K)": "B"}
     columns = [(shown[head], i) for i, head in enumerate(heads) if head in shown]
     laws = [[*row[:errors], "\n".join(f"{name} {row[i]}" for name, i in columns if row[i])] for row in rows]
-    return _table(RANKED, (*first, "n, or k_0 of A and B\n(W/K)"), laws)
+    return _table(RANKED, (*heads[:errors], "n, or k_0 of A and B\n(W/K)"), laws)
 
 
 def _law_table(fit: FitResult) -> Table:

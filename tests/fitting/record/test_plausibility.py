@@ -46,10 +46,6 @@ SIGNALS = ("u", "x", "P_A", "P_B")
 REFUSED = [
     (lambda: table().drop(columns=["x_m"]), ["no column x", "columns: t_s, u_V, P_A_Pa"]),
     (lambda: table().drop(columns=["u_V"]), ["no column u", "--closed both"]),
-    (
-        lambda: pd.DataFrame({"u_V": [0, 2, 10], "C_dm3_per_sbar": [0, 0.1, 0.6]}),
-        ["m.csv: no column t, x, P_A", "a valve's flow", "`curve` under `valve`", "--config"],
-    ),
     (lambda: at([17, 20, 30], "off"), ["line 19, column x", "'off': must be a finite number", "and 2 more"]),
     (lambda: at(5, "", "t_s"), ["line 7, column t: 'empty': must"]),
     (lambda: at(slice(17, 20), ""), ["line 23, column t", "x has a gap", "cut the file"]),
