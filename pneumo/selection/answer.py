@@ -180,7 +180,7 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
         lines.append("The dead volumes matter most: give dead_volume_m3 (with tubes), or fit.")
     if lowest**2 > after**2 + NOISE**2:  # what a record gains, sensors show
         lines.append(
-            f"After one {RECORD:g} s record and `pneumo fit`: {_kpa(after)} if the full order holds."
+            f"After one {RECORD:g} s record and a fit: {_kpa(after)} on such runs if the full order holds."
         )
     both = {row.model: (row.rms**2 + row.stroke**2) ** 0.5 for row in budget.rows}
     if not np.isnan(chosen.stroke) and chosen.model not in (best := _within(both)):

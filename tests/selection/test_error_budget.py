@@ -202,7 +202,7 @@ def test_a_measurement_decides_before_the_simulation():
 def test_the_error_after_a_record_is_given_if_sensors_would_notice_the_gain(after, said):
     cells = made(unknown={"valve": 50.0}).assign(after_record=("experiment", [after]))
     advice = " ".join(answered(cells).advice)
-    words = "After one 10 s record and `pneumo fit`: 0.4 kPa if the full order holds."
+    words = "After one 10 s record and a fit: 0.4 kPa on such runs if the full order holds."
     assert (words in advice) == ("After one" in advice) == said
 
 
