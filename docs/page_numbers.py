@@ -144,7 +144,7 @@ def places(verdict: dict[str, Any]) -> str:
     statuses = {AGREES: "agree", SCATTER: "within scatter"} | {
         s: s for s in (MISPRINT, EXPLAINED, UNEXPLAINED)
     }
-    head = ["numbers of", "judged", *statuses.values(), "largest deviation", "free choices"]
+    head = ["numbers of", "judged", *statuses.values(), "largest deviation outside tolerance", "free choices"]
     rows = list[list[str]]()
     for place in (place for place in verdict["places"] if place["judged"]):
         counts = [str(place["statuses"].get(status, "")) for status in statuses]
