@@ -194,26 +194,26 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     ranked = sorted(reduced, key=lambda name: at_one_n[name])
     best = ranked[0]
     headline = (
-        f"Of {len(reduced)} simple models of the air in a cylinder, {best} is nearest to the full simulation"
-        f" with one n for all runs: off by {at_one_n[best]:#.2g} kPa RMS,"
-        f" {100 * at_one_n[best] / swing:.2g} % of the pressures' swing"
+        f"With one n for all runs, {best} comes nearest to the full simulation of the air in a cylinder:"
+        f" off by {at_one_n[best]:#.2g} kPa RMS"
     )
     free = [name for name in ranked if MODELS[name].wall == "none"]
     if free and MODELS[best].wall != "none":
-        headline += f", if k_0 is right; {free[0]}, which needs no k_0, by {at_one_n[free[0]]:#.2g} kPa"
+        headline += f" if k_0 is right; {free[0]}, which needs no k_0, by {at_one_n[free[0]]:#.2g} kPa"
     text = [
         f"The full simulation, or full order, has pressure and temperature of each chamber; the simple models"
         f" have the pressure alone. They were compared {over} with the same command and motion, exact here,"
-        f" sampled every millisecond in the paper. k_0 is the wall's conductance, n the polytropic index.\n"
-        f"The figure has the best n of each run: with it {reduced[0]} is off by {kpa[reduced[0]]} kPa."
+        f" sampled every millisecond in the paper. k_0 is the wall's conductance, n the polytropic index."
+        f" {best}'s error is {100 * at_one_n[best] / swing:.2g} % of the pressures' swing.\n"
+        f"The figure has the best n of each run: with it {reduced[0]} is off by only {kpa[reduced[0]]} kPa."
     ]
     if walls:
         factors = {conductance_factor(e.plant.cylinder.bore) for e in study.experiments.values()}
         known = " to ".join(dict.fromkeys(f"{factor:.2g}" for factor in sorted(factors)))
         errors = " to ".join(dict.fromkeys(kpa[name] for name in walls))
         text.append(
-            f"Without a measurement k_0 is known within a factor of {known} (from {measured_cylinders()});"
-            f" a full order whose k_0 is wrong by that factor is off by {errors} kPa."
+            f"On a machine the full order itself can be used: if k_0 is wrong by a factor of {known}, within"
+            f" which it is known from {measured_cylinders()}, it is off by {errors} kPa."
         )
     wins = Counter(min(reduced, key=lambda name: square[name][run]) for run in range(len(runs)))
     if len(runs) > 1:
