@@ -31,6 +31,8 @@ def tables() -> dict[str, str]:
             times = [f"{t[np.argmax(off > limit)]:.2g}" for limit in LIMITS if off[-1] > limit]
             row += [f"{1e-3 * rate(0, np.array([P]))[0]:.0f}", ", ".join(times) or "never"]
     heads = [
-        head for name in ("M7 to M9", "M10") for head in (f"{name} (kPa/s)", "1, 5, 20 kPa off after (s)")
+        head
+        for name in ("M7 to M9", "M10")
+        for head in (f"drift of {name} (kPa/s)", "seconds until 1, 5, 20 kPa off")
     ]
     return {"table_rates": table(["P/P_0", *heads], rows)}

@@ -76,7 +76,8 @@ def _model_row(model: Model) -> list[str]:
     explicit = model.wall != "none"
     indices = list(dict.fromkeys(str(i).removesuffix(".0") for i in (model.n_V, model.n_in, model.n_out)))
     known = ["n"] * model.has_n + (["k_0" if model.wall == "k_0" else "lambda_0"] if explicit else [])
-    by_index = f"by the {'indices' if indices[1:] else 'index'}: {', '.join(map(shown, indices))}"
+    which = "indices of volume, inflow, outflow" if indices[1:] else "index"
+    by_index = f"by the {which}: {', '.join(map(shown, indices))}"
     return [
         model.name,
         {"constant": "constant", "polytropic": "follows the pressure"}[model.temperature],
