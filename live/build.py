@@ -12,7 +12,7 @@ import re
 import subprocess
 import tempfile
 from itertools import product
-from math import log
+from math import log, log1p
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ import numpy as np
 from pneumo.catalogue import GROWTH, coefficient_times_length, measured_bores
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION, load, sonic_conductance, study
-from pneumo.configuration.priors import SIGMAS, Uncertain, uncertainties
+from pneumo.configuration.priors import SIGMAS, Uncertain, accuracy, uncertainties
 from pneumo.configuration.valve_conversions import conductance
 from pneumo.core.build import FLAGS
 from pneumo.core.build import FOLDER as CORE
@@ -143,6 +143,7 @@ def _layout() -> dict[str, Any]:
         ],
         "flow_slope": (sensitivity[1] - sensitivity[0]) / 0.04,
         "dead_fraction": DEAD_FRACTION,
+        "dead_limit": log1p(accuracy(configuration)["V_d_A"]),  # of a dead volume that is given
         "wall": {"product": product_, "factor": factor, "bores": measured_bores(), "growth": GROWTH},
         "h": first.h,
         "steps": first.steps,

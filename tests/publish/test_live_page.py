@@ -22,7 +22,17 @@ from pneumo.selection.plants import configured_plant
 TEXT = PAGE.read_text(encoding="utf-8")
 PARTS = dict(re.findall(r'<script id="(\w+)"[^>]*>\n?(.*?)</script>', TEXT, re.DOTALL))
 TEMPLATE = {"bore": 25, "stroke": 160, "rod": 10, "mass": 3, "flow": 380, "supply": 6, "within": 10}
-LARGER = {"bore": 50, "stroke": 300, "rod": 20, "mass": 12.5, "flow": 900, "supply": 5, "within": 3}
+LARGER = {
+    "bore": 50,
+    "stroke": 300,
+    "rod": 20,
+    "mass": 12.5,
+    "flow": 900,
+    "supply": 5,
+    "within": 3,
+    "deadB": 45,
+}
+BOTH = {**TEMPLATE, "deadA": 6, "deadB": 7.25}
 SCRIPT = """
 const fs = require("fs"), {parts, inputs} = JSON.parse(fs.readFileSync(0));
 const layout = {...JSON.parse(parts.layout), runs: 2, steps: 4000};
@@ -44,7 +54,7 @@ def test_the_page_in_the_package_is_current():
 
 
 @pytest.mark.skipif(not shutil.which("node"), reason="node is not installed")
-@pytest.mark.parametrize("inputs", in_brief([TEMPLATE, LARGER], [TEMPLATE]))
+@pytest.mark.parametrize("inputs", in_brief([TEMPLATE, LARGER, BOTH], [TEMPLATE]))
 def test_figures_are_those_of_pneumo_study_and_simulate(inputs, tmp_path):
     given = json.dumps({"parts": PARTS, "inputs": inputs})
     done = subprocess.run(["node", "-e", SCRIPT], input=given, check=True, capture_output=True, text=True)

@@ -25,6 +25,7 @@ class About(Entry):
     journal: str = ""
     doi: str = ""
     how: str = ""  # sentence on the reproduction
+    meaning: str = ""  # what the verdict means for readers who use the paper; links as [words](address)
     tolerances: str = ""  # when and where they were chosen
     proofs: str = ""  # where the functions of the proofs are
     footer: str = ""

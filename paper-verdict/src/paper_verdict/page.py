@@ -81,6 +81,11 @@ def marked(text: str) -> str:
     return re.sub(r"\b([A-Za-z]|λ)_([A-Za-z0-9]+)\b", r"\1<sub>\2</sub>", text)
 
 
+def _linked_words(text: str) -> str:
+    """Escape a text as `marked` does; ``[words](address)`` become links."""
+    return re.sub(r"\[([^\]]+)\]\(([^)\s]+)\)", r'<a href="\2">\1</a>', marked(text))
+
+
 def badge(status: str, text: str = "") -> str:
     """A status as a coloured label."""
     look, symbol, meaning = LOOKS[status]
@@ -114,6 +119,8 @@ def _header(verdict: Mapping[str, Any], about: Row, findings: str) -> Iterable[s
     yield '<p class="kicker">paper-verdict</p>'
     yield f"<h1>{escape(about['title'])}: what is reproduced</h1>"
     yield f'<p class="sharpest">{escape(headline_text(verdict["headline"]))}</p>'
+    if about["meaning"]:
+        yield f"<p>{_linked_words(about['meaning'])}</p>"
     counts = verdict["headline"]["statuses"]
     legend = [f"<li>{badge(s, f'{counts[s]} {s}')} {escape(LOOKS[s][2])}</li>" for s in LOOKS if counts[s]]
     yield f'<ul class="legend">{"".join(legend)}</ul>'

@@ -195,30 +195,35 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     best = ranked[0]
     headline = (
         f"With one n for all runs, {best} comes nearest to the full simulation of the air in a cylinder:"
-        f" off by {at_one_n[best]:#.2g} kPa RMS"
+        f" off by {at_one_n[best]:#.2g} kPa RMS, or {kpa[best]} kPa with the best n for each run"
     )
     free = [name for name in ranked if MODELS[name].wall == "none"]
     if free and MODELS[best].wall != "none":
-        headline += f" if k_0 is right; {free[0]}, which needs no k_0, by {at_one_n[free[0]]:#.2g} kPa"
-    text = [
-        f"The full simulation, or full order, has pressure and temperature of each chamber; the simple models"
-        f" have the pressure alone. They were compared {over} with the same command and motion, exact here,"
-        f" sampled every millisecond in the paper. k_0 is the wall's conductance, n the polytropic index."
-        f" {best}'s error is {100 * at_one_n[best] / swing:.2g} % of the pressures' swing.\n"
-        f"The figure has the best n of each run: with it {reduced[0]} is off by only {kpa[reduced[0]]} kPa."
-    ]
+        headline += (
+            f". {free[0]}, which needs no k_0, is off by {at_one_n[free[0]]:#.2g} or {kpa[free[0]]} kPa"
+        )
+    text = []
     if walls:
         factors = {conductance_factor(e.plant.cylinder.bore) for e in study.experiments.values()}
         known = " to ".join(dict.fromkeys(f"{factor:.2g}" for factor in sorted(factors)))
         errors = " to ".join(dict.fromkeys(kpa[name] for name in walls))
         text.append(
-            f"On a machine the full order itself can be used: if k_0 is wrong by a factor of {known}, within"
-            f" which it is known from {measured_cylinders()}, it is off by {errors} kPa."
+            f"For a machine, take the full order itself: even if k_0, the wall's conductance, is wrong by a"
+            f" factor of {known} (how well it is known from {measured_cylinders()}), it is off by only"
+            f" {errors} kPa.\n"
         )
+    text.append(
+        f"The full order (the full simulation) computes pressure and temperature of each chamber, the simple"
+        f" models M1 to M10 the pressure alone, with a polytropic index n. They were compared {over} with the"
+        " right k_0 and the same command and motion, exact here, sampled every millisecond in the paper."
+        f" {best}'s {at_one_n[best]:#.2g} kPa are {100 * at_one_n[best] / swing:.2g} % of the pressures'"
+        " swing."
+    )
     wins = Counter(min(reduced, key=lambda name: square[name][run]) for run in range(len(runs)))
     if len(runs) > 1:
-        listed = ", ".join(f"{name} in {count}" for name, count in wins.most_common())
-        text.append(f"Runs with large errors dominate these averages. Nearest in single runs: {listed}.")
+        (first, most), *others = wins.most_common()
+        listed = ", ".join([f"{first} in {most} runs", *(f"{name} in {count}" for name, count in others)])
+        text.append(f"Runs with large errors dominate these averages. The nearest model is {listed}.")
     low, high = round_number(min(rms.values()), up=False), round_number(1.01 * max(rms.values()), up=True)
     numbers = (factor * 10.0**power for power in range(-9, 9) for factor in (1, 2, 5))
     ticks = [(f"{tick:g}", axis_fraction(tick, low, high)) for tick in numbers if low <= tick <= high]
