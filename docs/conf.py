@@ -113,8 +113,10 @@ def formula(self: Any, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
-# What axe asks for and the theme lacks: level of headings, names of landmarks, scrolling by keyboard.
-ACCESSIBLE = {
+# Commands lose the first line of their cell, which only Jupyter needs. The rest is what axe asks for and the
+# theme lacks: level of headings, names of landmarks, scrolling by keyboard.
+REPLACED = {
+    '<span class="o">%%</span><span class="k">sh</span>\n': "",
     '<p class="caption" role="heading">': '<p class="caption" role="heading" aria-level="2">',
     '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="Pages">',
     '<aside class="toc-drawer': '<aside aria-label="Contents" class="toc-drawer',
@@ -125,11 +127,11 @@ ACCESSIBLE = {
 }
 
 
-def make_accessible(app: Sphinx, exception: Exception | None) -> None:
+def complete_pages(app: Sphinx, exception: Exception | None) -> None:
     """Complete the finished pages; a page that was not written again stays as it is."""
     for page in [] if exception else app.outdir.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
-        for old, new in ACCESSIBLE.items():
+        for old, new in REPLACED.items():
             text = text.replace(old, new)
         page.write_text(text, encoding="utf-8")
 
@@ -137,7 +139,7 @@ def make_accessible(app: Sphinx, exception: Exception | None) -> None:
 def setup(app: Sphinx) -> None:
     """Draw formulas as MathML: no script, no font, no other package."""
     app.add_html_math_renderer("mathml", (inline_formula, None), (formula, None))
-    app.connect("build-finished", make_accessible)
+    app.connect("build-finished", complete_pages)
 
 
 html_math_renderer = "mathml"

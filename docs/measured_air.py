@@ -51,6 +51,7 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
     assert worse.sel(model=[FULL, EQ_7]).max() < worse.drop_sel(model=[FULL, EQ_7]).min()  # as the page says
     wall = air.sel(case="filling", model=FULL, parameter="k_0_W_per_K")
     assert not (np.isfinite(wall["low"]) and np.isfinite(wall["high"]))  # open, as the page says
+    of_air = held.sel(model=FULL, case=["pulses", "discharge", "filling"])
     nitrogen = air.sel(case=NITROGEN)
     assert nitrogen["held_out"].sel(model=FULL) < nitrogen["held_out"].sel(model=EQ_7)
     assert nitrogen["T_error"].sel(model=FULL) > nitrogen["T_error"].sel(model=EQ_7)
@@ -61,6 +62,7 @@ def numbers(air: xr.Dataset) -> dict[str, str]:
     return {
         "hose": span(held.sel(case="pulses"), 1),
         "no_hose": span(held.sel(case="pulses, no hose"), 1),
+        "full": span(of_air, 1),
         "discharge_constant": span(discharge.sel(model=CONSTANT_T), 0),
         "discharge_full": f"{discharge.sel(model=FULL).item():.1f}",
         "discharge_M8": f"{discharge.sel(model='M8').item():.1f}",

@@ -144,7 +144,13 @@ def places(verdict: dict[str, Any]) -> str:
     statuses = {AGREES: "agree", SCATTER: "within scatter"} | {
         s: s for s in (MISPRINT, EXPLAINED, UNEXPLAINED)
     }
-    head = ["numbers of", "judged", *statuses.values(), "largest deviation outside tolerance", "free choices"]
+    head = [
+        "numbers of",
+        "judged",
+        *statuses.values(),
+        "largest deviation outside tolerance (%)",
+        "free choices",
+    ]
     rows = list[list[str]]()
     for place in (place for place in verdict["places"] if place["judged"]):
         counts = [str(place["statuses"].get(status, "")) for status in statuses]
@@ -155,7 +161,15 @@ def places(verdict: dict[str, Any]) -> str:
         ]
         largest = max((relative for relative in outside if relative is not None), key=abs, default=None)
         choices = str(place["choices"] or "")
-        rows.append([place["name"], str(place["judged"]), *counts, deviation_text(largest), choices])
+        rows.append(
+            [
+                place["name"],
+                str(place["judged"]),
+                *counts,
+                deviation_text(largest).removesuffix(" %"),
+                choices,
+            ]
+        )
     return "\n".join("|".join(["", *cells, ""]) for cells in (head, ["---"] * len(head), *rows))
 
 
@@ -230,7 +244,8 @@ def from_the_template() -> Numbers:
     lines = [line.rstrip() for line in done.stdout.splitlines()]
     budget = lines.index(BUDGET_TITLE)
     after = next(i for i, line in enumerate(lines) if line.startswith("- After one"))
-    answer = "\n".join([*lines[:budget], "...", lines[after]])
+    end = next(i for i, line in enumerate(lines) if i > after and line.startswith(("- ", "Next:")))
+    answer = "\n".join([*lines[:budget], "...", *lines[after:end]])
     return {"study": {"answer": answer}, "vented": vented.tables()}
 
 

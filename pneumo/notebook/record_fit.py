@@ -41,6 +41,7 @@ from pneumo.notebook.export_model import export_model
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import residual_figure
 from pneumo.publish.pages.fit_page import fit_page
+from pneumo.publish.text.terminal_tables import shown_quantity
 from pneumo.quantities.table import FULL_ORDER, QUANTITIES
 from pneumo.selection.plants import configured_plant
 from pneumo.storage.files import check_output, write_text
@@ -116,10 +117,10 @@ class RecordFit:
         errors = [f"{model} {result.error(model) / 1e3:.3g}" for model in result.models[:4]]
         lines = [f"fit of {self.measurement.name}: RMS error held out (kPa): {', '.join(errors)}"]
         for name, interval in list(result.estimates(result.model_of_rig).items())[:6]:
-            quantity = QUANTITIES[name]
-            shown = interval.scaled(quantity.factor)
-            unit = f" {quantity.shown_unit}" if quantity.shown_unit else ""
-            lines.append(f"  {quantity.heading} = {shown.value:.4g}{unit} ({shown.ends_text('.3g')})")
+            heading, unit, factor = shown_quantity(result, name)
+            shown = interval.scaled(factor)
+            value = f"{shown.value:.4g} {unit}".rstrip()
+            lines.append(f"  {heading} = {value} ({shown.ends_text('.3g')})")
         lines += [f"  warning: {shorten(text, LONGEST, placeholder=' ...')}" for text in self.warnings[:2]]
         return "\n".join(lines)
 

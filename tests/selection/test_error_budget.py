@@ -5,12 +5,14 @@ from math import log
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 from ranked_cells import LEVEL, answered, made
 
 import pneumo
+from paper.study.kept_evidence import KEPT
 from pneumo.configuration.parameters import load, study, validated
 from pneumo.configuration.priors import SIGMAS, Uncertain, accuracy, plant_with, uncertainties
 from pneumo.configuration.valve_conversions import conductance
@@ -21,7 +23,7 @@ from pneumo.fitting.least_squares import solve
 from pneumo.physics.models import FULL, MODELS
 from pneumo.quantities.table import GROUPS
 from pneumo.selection.after_record import at_truth, error_after_record, problems_of
-from pneumo.selection.answer import export_command, model_cost
+from pneumo.selection.answer import ON_MEASURED_AIR, export_command, model_cost
 from pneumo.selection.cylinder_ranking import (
     DRAWS,
     PART_DRAWS,
@@ -202,8 +204,15 @@ def test_a_measurement_decides_before_the_simulation():
 def test_the_error_after_a_record_is_given_if_sensors_would_notice_the_gain(after, said):
     cells = made(unknown={"valve": 50.0}).assign(after_record=("experiment", [after]))
     advice = " ".join(answered(cells).advice)
-    words = "After one 10 s record and a fit: 0.4 kPa on such runs if the full order holds."
+    words = "After one 10 s record and a fit: 0.4 kPa on such runs if the full order holds"
+    words += f" (on measured air {ON_MEASURED_AIR})."
     assert (words in advice) == ("After one" in advice) == said
+
+
+def test_the_error_on_measured_air_is_that_of_the_evidence():
+    held_out = xr.load_dataset(KEPT / "measured_air.nc")["held_out"]
+    errors = held_out.sel(case=["pulses", "discharge", "filling"], model=FULL_ORDER) / 1e3
+    assert f"{errors.min().item():.1f} to {errors.max().item():.1f} kPa" == ON_MEASURED_AIR
 
 
 @pytest.fixture(scope="module")

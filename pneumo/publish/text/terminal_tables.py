@@ -147,17 +147,19 @@ RANKED = "Ranked by rms error on the part held out; 95 % intervals"
 ERRORS = ("rms held out (kPa)", "rms fitted (kPa)")
 
 
-def fitted_quantities(fit: FitResult) -> dict[str, tuple[str, str, float]]:
-    """Heading, unit and factor from SI of each quantity in the table of a fit.
+def shown_quantity(fit: FitResult, name: str) -> tuple[str, str, float]:
+    """Heading, unit and factor from SI of a quantity; the valve as it was configured: k_x k_u or C."""
+    if name == "k_xu" and fit.C_per_k_xu is not None:
+        return "C", "dm³/(s bar)", fit.C_per_k_xu
+    quantity = QUANTITIES[name]
+    return quantity.heading, quantity.shown_unit, quantity.factor
 
-    The valve is shown as it was configured: k_x k_u or C.
-    """
+
+def fitted_quantities(fit: FitResult) -> dict[str, tuple[str, str, float]]:
+    """Heading, unit and factor from SI of each quantity in the table of a fit."""
     hidden = (*VALVE, *ALSO, *STARTS)
     names = [str(name) for name in fit.data["parameter"].values if name not in hidden]
-    looks = {name: (q.heading, q.shown_unit, q.factor) for name in names for q in [QUANTITIES[name]]}
-    if "k_xu" in looks and fit.C_per_k_xu is not None:
-        looks["k_xu"] = ("C", "dm³/(s bar)", fit.C_per_k_xu)
-    return looks
+    return {name: shown_quantity(fit, name) for name in names}
 
 
 def parameter_heads(fit: FitResult) -> list[str]:
@@ -196,17 +198,16 @@ RIG_TITLE = (
     "As stated: known from the configuration, to which the record adds little."
 )
 COLOURS = {AS_STATED: "cyan"}  # of lights whose name is none
-RIG_HEADS = ("parameter", "light", "95 % interval", "inputs", "mainly", "reason")
+RIG_HEADS = ("parameter", "light", "value (95 % interval)", "inputs", "mainly", "reason")
 
 
 def rig_rows(fit: FitResult) -> list[list[str]]:
     """Cells by `RIG_HEADS` of the full order's parameters, and how far configured quantities move each."""
     rows: list[list[str]] = []
-    looks = fitted_quantities(fit)
     headings = {QUANTITIES[name].name: QUANTITIES[name].heading for name in CONFIGURED}
     for name, (light, reason) in fit.judgements.items():
-        quantity, cell = QUANTITIES[name], fit.data.sel(model=FULL_ORDER, parameter=name)
-        heading, unit, factor = looks.get(name, (quantity.heading, quantity.shown_unit, quantity.factor))
+        cell = fit.data.sel(model=FULL_ORDER, parameter=name)
+        heading, unit, factor = shown_quantity(fit, name)
         interval = Interval(*(factor * cell[key].item() for key in ("estimate", "low", "high")))
         # Not `formatting.ends_text`: these may be negative, and an end at zero is a limit.
         form = ".2g" if name in VALVE else ".4g" if name == "P_s" else ".3g"
@@ -272,7 +273,9 @@ def _law_table(fit: FitResult) -> Table:
     row = next(row for row in fit_rows(fit) if row[0] == fit.model_of_rig)
     heads = parameter_heads(fit)
     cells = zip(heads, row[-len(heads) :], strict=True)
-    return _table(fit.model_of_rig, ("", "95 % interval"), [pair for pair in cells if pair[1]])
+    return _table(
+        fit.model_of_rig, ("parameter", "value (95 % interval)"), [pair for pair in cells if pair[1]]
+    )
 
 
 def full_order_table(rows: Sequence[Sequence[str]]) -> Table:
