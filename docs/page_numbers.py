@@ -243,7 +243,7 @@ def from_the_template() -> Numbers:
         )
     lines = [line.rstrip() for line in done.stdout.splitlines()]
     budget = lines.index(BUDGET_TITLE)
-    after = next(i for i, line in enumerate(lines) if line.startswith("- After one"))
+    after = next(i for i, line in enumerate(lines) if line.startswith("- After a"))
     end = next(i for i, line in enumerate(lines) if i > after and line.startswith(("- ", "Next:")))
     answer = "\n".join([*lines[:budget], "...", *lines[after:end]])
     return {"study": {"answer": answer}, "vented": vented.tables()}

@@ -17,7 +17,7 @@ from pneumo.selection.cylinder_ranking import LONG_RUN
 from pneumo.selection.error_budget import FULL_ORDER, NOISE, RECORD, Budget, Row
 from pneumo.selection.ranking import MATERIAL, Ranking, cost, rank_models
 
-ON_MEASURED_AIR = "1.5 to 2.6 kPa"  # RMS error of fitted full orders on parts held out: docs/measurements.md
+ON_MEASURED_AIR = "1.5 to 2.6"  # kPa, RMS error of fitted full orders on parts held out: docs/measurements.md
 UNKNOWN_FILE = "CONFIGURATION.yaml"  # in a command, where the name is not known
 
 
@@ -181,8 +181,8 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
         lines.append("The dead volumes matter most: give dead_volume_m3 (with tubes), or fit.")
     if lowest**2 > after**2 + NOISE**2:  # what a record gains, sensors show
         lines.append(
-            f"After one {RECORD:g} s record and a fit: {_kpa(after)} on such runs if the full order holds"
-            f" (on measured air {ON_MEASURED_AIR})."
+            f"After a {RECORD:g} s record and a fit: {_kpa(after)} in theory,"
+            f" {ON_MEASURED_AIR} on measured air."
         )
     both = {row.model: (row.rms**2 + row.stroke**2) ** 0.5 for row in budget.rows}
     if not np.isnan(chosen.stroke) and chosen.model not in (best := _within(both)):

@@ -441,7 +441,7 @@ def _fact(fact: Row, verdict: Mapping[str, Any], groups: Sequence[tuple[str, ...
     if tuple(fact["chosen"]) in groups:
         number = groups.index(tuple(fact["chosen"])) + 1
         chosen = f'<a href="#choices-{number}">group {number}</a>'
-    spent = f" Free choices: {chosen}; they cost it {fact['spent']} of {fact['items']} degrees of freedom."
+    spent = f" Free choices: {chosen}; they use up {fact['spent']} of its {fact['items']} degrees of freedom."
     why = f"{marked(fact['why'])}. " if fact["why"] else ""
     return (
         f'<details class="fact" id="fact-{_id(fact["name"])}"><summary>{badge(fact["status"])}'
