@@ -1,5 +1,6 @@
 """Page to explore the study: one self-contained HTML file."""
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -274,6 +275,20 @@ def _model(name: str) -> dict[str, Any]:
     }
 
 
+def reason_text(why: str) -> str:
+    """Reason of the findings on why the answer to a statement depends, as a sentence.
+
+    Examples
+    --------
+    >>> reason_text("yes, but not with a limit of 1.41, E14 left out")
+    'yes; but no with a limit of 1.41, or without E14'
+    """
+    why = why.replace("yes, but not", "yes; but no").replace("no, but not", "no; but yes")
+    why = why.replace("with like for like", "if like is compared with like")
+    *first, last = re.sub(r"(?:with )?(E\d+) left out", r"without \1", why).split(", ")
+    return f"{', '.join(first)}, or {last}" if first else last
+
+
 def _shortened(values: np.ndarray) -> Any:
     """Nested lists of numbers with few digits; None where there is none."""
     if values.ndim:
@@ -316,5 +331,6 @@ def report_page(
         statuses=LOOKS_OF_STATUSES,
         findings=findings,
         stands=STANDS,
+        reason_text=reason_text,
         manuscript=manuscript,
     )
