@@ -46,6 +46,8 @@ def test_tables_have_the_fits_numbers(fit):
     np.testing.assert_allclose(np.diag(correlation), 1.0, rtol=1e-9)
     assert correlation.loc["k_xu", "b"] < -0.5  # a smaller b and a larger C carry the same flow
     assert fit._repr_html_().count("<tr") > 10
+    picture, size = fit.plot()._repr_png_()
+    assert picture.startswith(b"\x89PNG") and size["width"] > size["height"] / 2
     assert fit.plot().get_axes() and fit.to_xarray().sizes["model"] == 2
 
 

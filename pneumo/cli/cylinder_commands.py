@@ -49,7 +49,7 @@ def check(
     study = in_SI(configuration)
     for name, e in study.experiments.items():
         time = f"{e.duration:g} s, step {e.h * 1e3:g} ms"
-        typer.echo(f"{name}  cylinder {e.cylinder}  {e.loop:6} loop  k_0 = {e.plant.k_0:g} W/K  {time}")
+        typer.echo(f"{name}  cylinder {e.cylinder}  {e.loop:6} loop  k_0 = {e.plant.k_0:.3g} W/K  {time}")
     for note in (*study_notes(study), *conversion_notes(configuration), *dynamics_notes(configuration)):
         typer.echo(note)
     typer.echo(f"{study.name}: {len(study.experiments)} experiments, n = {', '.join(map(str, study.n))}")

@@ -18,6 +18,7 @@ SINGLE_MM = 84.0  # width of one column
 DOUBLE_MM = 174.0  # width of the page
 SCREEN_MM = 120.0  # readable on a phone, where a figure is as wide as the screen
 MM_PER_INCH = 25.4
+CSS_DPI = 96  # pixels of a page per inch
 
 INK = "#1a1a1a"
 GREY = "#7f7f7f"
@@ -44,9 +45,17 @@ def paper_style() -> Generator[None]:
         yield
 
 
+class ShownFigure(Figure):
+    """Figure that notebooks show, although pyplot does not know it."""
+
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
+        width, height = self.get_size_inches()
+        return _png(self), {"width": round(CSS_DPI * width), "height": round(CSS_DPI * height)}
+
+
 def new_figure(width_mm: float = SINGLE_MM, height_mm: float = 60.0) -> Figure:
     """Return an empty figure of a printed size, outside pyplot's global list."""
-    fig = Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout="constrained")
+    fig = ShownFigure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout="constrained")
     FigureCanvasAgg(fig)
     return fig
 
@@ -91,7 +100,12 @@ def save(fig: Figure, stem: str | Path) -> tuple[Path, Path]:
 
 def image_address(fig: Figure) -> str:
     """Return a figure as the data URI of a PNG image, for its `src` in a page."""
+    return f"data:image/png;base64,{base64.b64encode(_png(fig)).decode()}"
+
+
+def _png(fig: Figure) -> bytes:
+    """Return a figure as a PNG image."""
     buffer = io.BytesIO()
     with paper_style():
         fig.savefig(buffer, format="png", metadata=METADATA["png"])
-    return f"data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}"
+    return buffer.getvalue()

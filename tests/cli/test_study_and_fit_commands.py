@@ -153,7 +153,7 @@ def test_what_was_fitted_is_studied_linearised_and_exported(inside, tmp_path):
     with xr.open_dataset("study-fitted-quick/study.nc") as cells:
         assert cells["k_0"].values == pytest.approx(estimates["k_0"], rel=1e-5)  # six digits are written
     code, out, err = inside("check", "fitted.yaml")
-    assert code == 0 and f"k_0 = {estimates['k_0']:.6g} W/K" in out, err
+    assert code == 0 and f"k_0 = {estimates['k_0']:.3g} W/K" in out, err
     at = ["--u", "0.1", "--P_A", "5e5", "--P_B", "5e5"]
     options = ["--n", f"{n:.6g}", "--k0", f"{k_0:.6g}"]
     assert f"M7 {' '.join(options)}" in (tmp_path / "fitted.yaml").read_text(encoding="utf-8")
