@@ -77,7 +77,7 @@ def test_elementary_functions_beyond_the_numbers():
     log, exp, power = core.lib.core_log, core.lib.core_exp, core.lib.core_pow
     assert (log(0.0), log(math.inf), exp(-800.0), exp(800.0)) == (-math.inf, math.inf, 0.0, math.inf)
     assert all(math.isnan(value) for value in (log(-1.0), log(math.nan), exp(math.nan), power(-1.0, 0.3)))
-    assert (power(0.7, 0.0), power(0.7, 1.0), power(0.49, 0.5)) == (1.0, 0.7, 0.7)
+    assert (power(0.3, 0.0), power(0.3, 1.0), power(0.49, 0.5)) == (1.0, 0.3, 0.7)
 
 
 @given(st.floats(1e-3, 1e3), st.floats(-3.0, 3.0))

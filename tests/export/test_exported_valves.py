@@ -187,6 +187,11 @@ def test_a_linear_model_of_a_curve_has_its_slope():
         linearise("full", None, curved, u=-4.0, **point)
     with pytest.raises(InputError, match="equal pressures"):
         linearise("full", None, curved, u=3.0, **point | {"P_A": curved.conditions.P_s})
+    # From 5 V on chamber A has no path to the atmosphere, so it may be at that pressure.
+    supply, exhaust = [0, 0, 1, 1.5], [1.5, 1, 0, 0]
+    curve = {"u_V": [-10, -5, 5, 10], "C_dm3_per_sbar": supply, "exhaust_C_dm3_per_sbar": exhaust}
+    empty = point | {"P_A": curved.conditions.P_atm}
+    assert np.isfinite(linearise("full", None, plant_with(curve=curve), u=6.0, **empty).A).all()
     # 3 V is a knot of chamber B's own valve only, at its own command of -3 V.
     lopsided = {"curve": {"u_V": [-10, -3, 0, 10], "C_dm3_per_sbar": [1.5, 0.2, 0, 1.5]}, "b": 0.3}
     with pytest.raises(InputError, match=r"u = 3 V: the valve's curve has a kink"):

@@ -74,6 +74,7 @@ def test_one_chamber_filled_and_the_other_vented_and_then_shut_show_k_0(plant):
     fit = fit_closed(still, plant)
     assert fit.models[0] == EXACT
     assert_found(fit, k_0_A=0.5, k_0_B=0.5)
+    assert fit.data["low"].sel(model=EXACT, parameter="leak") == 0  # not NaN, which is an open end
 
 
 def fitted_text(fit, plant):

@@ -19,13 +19,16 @@ from pneumo.fitting.fit_warnings import (
     configured_warnings,
     disagreements,
     fit_warnings,
+    odd_values,
     parameter_warnings,
+    residual_warnings,
     undetermined_notes,
 )
 from pneumo.fitting.held_out import held_out_warnings
 from pneumo.fitting.measurement_fit import fit_measurement
 from pneumo.fitting.mistaken_columns import check_columns
 from pneumo.fitting.record.measurement import Measurement
+from pneumo.fitting.residuals import residuals
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.physics.models import FULL
 from pneumo.quantities.table import CHOICES, REPORTED
@@ -97,6 +100,11 @@ def test_bounds_and_unlikely_values_are_doubted(sound, values, high, said):
     changed = found._replace(values=found.values | values, high=found.high | high)
     texts = parameter_warnings(problem, changed, accuracy(), stops_shown=False)
     assert any(said in text for text in texts) if said else texts == []
+
+
+@pytest.mark.parametrize(("n", "doubted"), [(0.97, True), (0.99, False), (1.41, False), (1.43, True)])
+def test_an_n_that_no_gas_has_is_doubted(plant, n, doubted):
+    assert bool(odd_values({"n": n}, (), plant, meaning="")) == doubted
 
 
 @pytest.mark.parametrize(
@@ -217,6 +225,19 @@ def test_a_cause_is_looked_for_wherever_noise_does_not_explain_the_residuals(sou
     # As if the residuals moved no parameter too far.
     assert fit_warnings(problem, found._replace(values=values, remainder={}), accuracy()) == ["named"]
     assert fit_warnings(problem, found, accuracy()) == []
+
+
+def test_an_unexplained_residual_is_said_in_kPa(sound, whole):
+    problem, found = sound
+    values = found.values | {"V_d_A": 3 * found.values["V_d_A"]}
+    P, _ = prediction(FULL, problem.plant, whole.part(0, split_of(whole)), values)
+    expected = np.sqrt(((P[0] - problem.signals.P[0]) ** 2).mean()) / 1e3
+    of_chambers = dict(zip("AB", residuals(problem, problem.inner(values)), strict=True))
+    (text,) = residual_warnings("full", of_chambers)
+    rms, coloured, noise = (float(size) for size in re.findall(r"([\d.]+) kPa", text))
+    assert text.startswith("P_A: full is off by") and noise == pytest.approx(1.0, rel=0.1)
+    assert rms == pytest.approx(expected, rel=0.15)  # its first pressure is fitted again
+    assert rms == pytest.approx(np.hypot(coloured, noise), rel=0.05)
 
 
 @pytest.mark.slow

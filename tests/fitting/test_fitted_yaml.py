@@ -115,6 +115,7 @@ def test_flows_of_a_valve_are_those_of_the_fit_however_it_is_given(valves, tmp_p
     fitted = {"k_xu": 1.2 * before.valve.k_xu, "exhaust": 0.9 * before.valve.exhaust, "b": b}
     text = written(found(VALUES | fitted, also=("exhaust", "b")), "mine", before, file)
     after = configured_plant(read(text, tmp_path)[1])
+    assert ("conductances of the curve times 1.2 (1.08 to 1.32)" in text) == ("curve" in valves["valve"])
     with_b = before._replace(gas=before.gas._replace(critical_ratio=b))
     for u in (-10.0, -3.0, 3.0, 10.0):
         for side in (0, 1):

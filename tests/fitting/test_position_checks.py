@@ -50,7 +50,16 @@ def released():
     return record._replace(x=x.ravel() + noise, P=P.reshape(2, -1))
 
 
-@pytest.mark.parametrize("record", [moved(-HALF, HALF), released()])
+def blocked():
+    """Is held halfway, under full force, for longer than it rests at the stops."""
+    record = moved(-HALF, HALF)
+    x = record.x.reshape(4, 500).copy()
+    x[::2, :300] -= np.linspace(-HALF, HALF, 300)
+    x[1::2, :300] += np.linspace(-HALF, HALF, 300)
+    return record._replace(x=x.ravel())
+
+
+@pytest.mark.parametrize("record", [moved(-HALF, HALF), released(), blocked()])
 def test_stops_are_where_the_piston_rests_under_force(record):
     assert stops_of(record, PLANT) == pytest.approx((-HALF, HALF), abs=1e-4)
 

@@ -238,6 +238,18 @@ def test_a_set_notices_neither_others_that_meet_their_port_nor_how_many_there_ar
     assert together[4, 0, 1] != start[4, 0] and together[0, 0, 1] < 0.9 * c.P_s
 
 
+def test_a_pressure_depends_smoothly_on_how_near_the_port_it_starts(plant):
+    plant = plant._replace(valve=plant.valve._replace(k_xu=20 * plant.valve.k_xu))
+    count = 100
+    start = np.tile(plant.conditions.P_s * np.linspace(0.9, 0.99, count)[:, None], 2)
+    u, rest = np.full((1, 3), 5.0), np.full((1, 1, 3, 2), [0.02, 0.0])
+    V_d, T = np.full((count, 2), 3e-5), np.full((count, 2), 293.0)
+    end = pressures_of_sets(u, rest, full_order_rows(plant, count), V_d, plant, 1e-3, 1, start, T)[0, :, 0, 1]
+    # Steps are explicit at first and implicit at last; less and less of a difference is left, without a jump.
+    slope = np.diff(end) / np.diff(start[:, 0])
+    assert np.all(np.diff(slope) < 0) and slope[-1] < 0.6 * slope[0]
+
+
 @pytest.mark.parametrize("z", [-1.5, -1.8])
 def test_a_step_to_just_below_zero_pressure_has_failed(plant, z):
     """The polynomial of a third-order step is 0.06 at -1.5 and -0.15 at -1.8."""
