@@ -24,6 +24,7 @@ def test_show_says_which_columns_look_swapped_and_how_they_were_read(inside, tmp
     pd.DataFrame(swapped).to_csv(tmp_path / "record.csv", index=False)
     code, out, err = inside("show", "record.csv", "--config", "cylinder.yaml")
     assert code == 0 and "columns P_A and P_B look swapped" in err
+    assert out.startswith(f"{len(run.t)} samples, 0.001 s apart, {run.t[-1]:.4g} s\n")
     assert "x: column x_mm, mm, 1000 Hz, linear: " in out and "P_B: column P_B_bar, bar absolute" in out
     _, _, err = inside("show", "record.csv", "--config", "cylinder.yaml", "--trust")
     assert "swapped" not in err

@@ -14,7 +14,7 @@ from pneumo.publish.figures.study_figures import budget_bars, budget_figure, cau
 from pneumo.publish.pages.page import with_indices
 from pneumo.publish.pages.study_page import MARK, study_page
 from pneumo.publish.text import terminal_tables
-from pneumo.publish.text.terminal_tables import budget_cells, budget_heads, ranking_rows
+from pneumo.publish.text.terminal_tables import STUDY_HEADS, budget_cells, budget_heads, ranking_rows
 from pneumo.quantities.table import GROUPS
 
 pytestmark = pytest.mark.xdist_group("chromium")  # a page is made once, too
@@ -33,6 +33,8 @@ def test_page_holds_every_model_and_the_answer_and_loads_nothing(page):
     assert "<code>pneumo export full --config &#39;a&lt;b.yaml&#39;</code>" in page
     for row in (*ranking_rows(answer.ranking), *(budget_cells(row, answer) for row in answer.rows)):
         assert "".join(f"<td>{text}</td>" for text in row) in page
+    over_best = [row[STUDY_HEADS.index("MSE / best")] for row in ranking_rows(answer.ranking)]
+    assert over_best[0] == "1.00" and all(" to " in text for text in over_best[1:])
     assert "k_0" not in re.sub(r"<[^>]*>", "", page.partition("<main>")[2])
     cell = f"<td>{budget_cells(answer.rows[0], answer)[3]}</td>"
     assert page.index("<svg") < page.index(cell)  # bars first

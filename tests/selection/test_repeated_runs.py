@@ -7,7 +7,7 @@ from paper_study import STUDY, lasting
 from workflow_scripts import script
 
 from pneumo.selection.cylinder_ranking import one_run, run_study, seeds_of
-from pneumo.simulation.full_order import DIVERGED
+from pneumo.simulation.full_order import DIVERGED, record
 from pneumo.simulation.replay import NO_RUN
 
 pytestmark = pytest.mark.xdist_group("repeated runs")  # its fixtures take seconds
@@ -45,6 +45,8 @@ def test_runs_differ_in_their_seed_alone_and_more_begin_with_the_same(runs):
     e = lasting("E02", 2.0)
     alone = one_run(e.with_seed(seeds[2]), STUDY.n)
     assert np.array_equal(runs["mse"].sel(experiment="E02").isel(run=2).values, alone["mse"].values)
+    P = record(e.with_seed(seeds[2])).states[:, [2, 4]]
+    assert alone["swing"] == pytest.approx(np.hypot(*P.std(axis=0)) / 2**0.5)
     assert len(np.unique(runs["mse"].sel(experiment="E02", model="M1", n=1.0, chamber="A"))) == 3
     assert seeds_of(lasting("E02", 2.0), 9)[:4] == seeds_of(lasting("E02", 2.0), 4)
     assert len(set(seeds_of(lasting("E02", 2.0), 100))) == 100
