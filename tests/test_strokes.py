@@ -199,6 +199,9 @@ def test_names_of_starts_and_what_the_run_says(mine):
     toggled = np.where(np.arange(6001) % 1000 < 500, 10.0, -10.0)
     run = pneumo.simulate(mine, 1e-3, command=toggled, start="vented")
     assert len(run.strokes) == 12 and len(repr(run).splitlines()) <= 10
+    assert "... and 8 more" in repr(run)
+    of_four = pneumo.simulate(mine, 1e-3, command=toggled[:2001], start="vented")
+    assert len(of_four.strokes) == 4 and "more" not in repr(of_four)
     assert [s.switched for s in run.strokes] == pytest.approx([0.5 * i for i in range(12)])
     data = run.to_xarray()
     assert data["P"].dims == ("t", "chamber") and data["P"].attrs["units"] == "Pa"
