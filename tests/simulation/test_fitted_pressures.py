@@ -201,7 +201,7 @@ def test_gas_that_a_piston_pushes_out_through_a_wide_valve_stays_just_above_the_
 @pytest.mark.parametrize("full", [True, False])
 def test_supply_temperature_and_exhaust_of_a_set_are_those_of_a_plant_that_has_them(plant, full, name):
     u, motions = signals(5e-4)
-    u = np.where(np.arange(len(u))[:, None] % 200 < 100, 0.4, -0.4) + 0.0 * u  # chambers reach both ports
+    u = np.where(np.arange(len(u))[:, None] % 200 < 100, 2.0, -2.0) + 0.0 * u  # chambers reach both ports
     plant = plant._replace(valve=plant.valve._replace(k_xu=20 * plant.valve.k_xu))
     row = lane_array([lane(MODELS[name], 1.2, plant.gas.gamma)] * 2)
     inputs, starts = (u, motions, row, V_D[:2]), (5e-4, 1, START[:2], START_T[:2] if full else None)
