@@ -38,6 +38,8 @@ def fit(file):
 def test_tables_have_the_fits_numbers(fit):
     k_0 = fit.estimates.loc[("full", "k_0")]
     assert k_0["low"] < RIG.k_0 < k_0["high"] and k_0["unit"] == "W K-1"
+    C = fit.result.C_per_k_xu * fit.result.estimates("full")["k_xu"].value  # dm^3/(s bar)
+    assert pytest.approx(1e8 * RIG.C, rel=0.05) == C
     assert fit.errors.shape == (2, 4) and isinstance(fit.warnings, list)
     residuals = fit.residuals.sel(model="full").values
     assert np.sqrt(np.mean(residuals**2)) == pytest.approx(1e3, rel=0.1)  # the sensors' noise

@@ -15,7 +15,7 @@ from pneumo.fitting.fitted_yaml import fitted_configuration
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.physics.models import wall_law
 from pneumo.physics.valve import chamber_flows
-from pneumo.quantities.table import REPORTED
+from pneumo.quantities.table import QUANTITIES, REPORTED
 from pneumo.selection.cylinder_template import TEMPLATE
 from pneumo.selection.plants import configured_plant
 from pneumo.statistics.intervals import Interval
@@ -215,5 +215,10 @@ def test_a_valves_parameter_is_written_unless_it_is_zero_or_the_clocks(mine, tmp
     low, high = (VALUES | {name: value - 1e-4}, VALUES | {name: value + 1e-4})
     held = () if value else (name,)
     full = Estimate(VALUES | {name: value}, low, high, *[np.zeros(2)] * 3, held=held)
-    section = read(written(found(full=full), "mine", mine, TEMPLATE), tmp_path)[0].cylinders["mine"]
-    assert (section.valve_dynamics is not None) == kept
+    content = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
+    content["cylinders"]["mine"]["valve_dynamics"] = {QUANTITIES[name].key.rpartition(".")[2]: 1e-3}
+    file = tmp_path / "mine.yaml"
+    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+    for configured in (TEMPLATE, file):
+        section = read(written(found(full=full), "mine", mine, configured), tmp_path)[0].cylinders["mine"]
+        assert (section.valve_dynamics is not None) == kept
