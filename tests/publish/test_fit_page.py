@@ -90,7 +90,7 @@ def of_full_order(a_fit, factor=1.0, names=REPORTED, doubts=()):
     """Fit of the full order alone, whose every parameter has an interval `factor` wide to either side."""
     names = [name for name in names if name != "n"]
     # Many digits, and signs where a parameter may have one.
-    shown = {name: 12.345678 for name in VALVE} | {"null": -0.12345678}
+    shown = {name: 12.345678 for name in VALVE} | {"null": -0.12345678, "k_0": 0.12345678}
     value = np.array([[shown.get(name, 123.45678) / QUANTITIES[name].factor for name in names]])
     ends = {"estimate": value, "low": value / factor, "high": value * factor}
     data = {name: (("model", "parameter"), end) for name, end in ends.items()}
@@ -111,6 +111,8 @@ def test_every_parameter_of_a_rig_has_a_line_with_its_light_in_a_terminal(a_fit)
     assert "…" not in text and columns(text) <= 80
     for row in rig_rows(fit):
         assert len(re.findall(rf"^ {re.escape(row[0])} .* green ", text, re.MULTILINE)) == 1
+        value, *ends = (float(number) for number in re.split(r" \(| to |\)", row[2])[:3])
+        assert min(ends) <= value <= max(ends) and value != 0
     assert rig_rows(fit)[0][4] == "offset P_B"  # the last quantity moves most
 
 
