@@ -93,8 +93,9 @@ def _stated(configuration: Configuration, cylinder: str, path: str, name: str) -
         section = section and getattr(section, part)
     if section is None:
         return None
-    relative = QUANTITIES[name].relative and first != "sensors"
-    half = getattr(section, key) if first == "sensors" else section.uncertainty(key, relative=relative)
+    itself = first == "sensors" or key.endswith("percent")  # the key's number is the accuracy
+    relative = QUANTITIES[name].relative and not itself
+    half = getattr(section, key) if itself else section.uncertainty(key, relative=relative)
     return half if half is None or relative else half * SI.get(key.rpartition("_")[2], 1.0)
 
 
@@ -130,8 +131,9 @@ class Uncertain(NamedTuple):
     def text(self, name: str) -> str:
         """Quantity with its limit, such as "C ± 10 %"."""
         half, name_shown = self.half_width(name), name.replace("V_d_", "V_d of ")
-        if not QUANTITIES[STUDIED[name]].logarithmic:
-            return f"{name_shown} ± {half:.2g}" + (" K" if name == "T_in" else "")
+        quantity = QUANTITIES[STUDIED[name]]
+        if not quantity.logarithmic:
+            return f"{name_shown} ± {quantity.factor * half:.2g} {quantity.shown_unit}".rstrip()
         return (
             f"{name_shown} ± {100 * expm1(half):.2g} %"
             if half < 0.3
@@ -143,11 +145,13 @@ def plant_with(plant: Plant, names: tuple[str, ...], deviations: np.ndarray) -> 
     """Plant whose quantities deviate, each by the entry of `deviations` at its place in `names`."""
     values = dict[str, float]()
     for name, deviation in zip(map(STUDIED.__getitem__, names), deviations.tolist(), strict=True):
-        value = value_in(plant, name)
+        value = value_in(plant, name) if QUANTITIES[name].field else 0.0
         values[name] = value * exp(deviation) if QUANTITIES[name].logarithmic else value + deviation
     if "b" in values:
         values["b"] = min(max(values["b"], LEAST_B), MOST_B)
     plant = with_values(plant, values)
+    if "linearity" in values:
+        plant = plant._replace(valve=plant.valve.with_linearity(values["linearity"]))
     c = plant.conditions
     return plant._replace(conditions=c._replace(P_s=max(c.P_s, 1.05 * c.P_atm)))
 
@@ -191,6 +195,7 @@ def _limits(configuration: Configuration, cylinder: str) -> dict[str, float]:
     limits = {"C": log1p((CATALOGUE_FLOW**2 + rule**2) ** 0.5 if flow is None else flow)}
     if valve:
         limits["b"] = B_UNKNOWN if valve.b is None else known["b"]
+        limits["linearity"] = 0.0 if valve.curve else known["linearity"]
     limits |= {name: log1p(known[name]) for name in ("exhaust", "V_d_A", "V_d_B")}
     if section.dead_volume_m3 is None:
         limits["V_d_A"] = DEAD_VOLUME_UNKNOWN

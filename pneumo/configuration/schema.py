@@ -234,6 +234,12 @@ class ValveSection(Section):
     )
     exhaust_b: Fraction | None = optional_key("critical ratio of the path to the exhaust, if it differs")
     curve: CurveSection | None = optional_key("instead of C: a table over the command")
+    linearity_percent: Number | None = key_of(
+        "how far C may be from proportional to the command, in % of the largest C; 7.5 if left out",
+        None,
+        ge=0,
+        le=20,
+    )
     leak_dm3_per_sbar: Number = key_of("sonic conductance of each closed path", 0.0, ge=0, le=100)
 
     @model_validator(mode="after")
@@ -241,6 +247,9 @@ class ValveSection(Section):
         if self.curve and self.curve.exhaust_C_dm3_per_sbar and self.exhaust_ratio != 1:
             condition = "conflicts with curve.exhaust_C_dm3_per_sbar; give only one"
             raise conflict(self.exhaust_ratio, condition, ("exhaust_ratio",), ("curve",))
+        if self.curve and self.linearity_percent:
+            condition = "conflicts with curve; give only one"
+            raise conflict(self.linearity_percent, condition, ("linearity_percent",), ("curve",))
         return self
 
     @property

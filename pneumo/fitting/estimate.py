@@ -136,7 +136,7 @@ def as_configured(
     held, allowed, inverse = dict[str, float](), 0.0, inverse_curvature(best)
     for i, name in enumerate(problem.names):
         ends = np.array([low.get(name, np.nan), high.get(name, np.nan)])
-        may_be_zero = PARAMETERS[name].group == "valve" or PARAMETERS[name].low == 0
+        may_be_zero = PARAMETERS[name].start == 0 and (PARAMETERS[name].key or PARAMETERS[name].low == 0)
         value = 0.0 if may_be_zero else configured[name]
         left_open = may_be_zero or (PARAMETERS[name].key and np.isnan(ends).any())
         if name in low and left_open and not ends[0] > value and not ends[1] < value:

@@ -28,6 +28,7 @@ from pneumo.quantities.applied import with_values
 from pneumo.quantities.table import (
     ALSO,
     CONFIGURED,
+    CURVE,
     FULL_ORDER,
     PARAMETERS,
     STARTS,
@@ -74,19 +75,23 @@ def inapplicable(
         "offset_P_s": f"{record} has no column P_s" * (not column),
         "P_atm": f"{record} has absolute pressures, which do not show it" * absolute,
         "b": "the valve's flow is that of eq (1); give it by a section valve" * (not plant.gas.elliptic),
+        "linearity": "the configuration has no section valve, or one with a curve"
+        * (not plant.gas.elliptic or bool(plant.valve.paths.knots)),
         VALVE_CURVE: "the configuration has a curve; give C in its place" * bool(plant.valve.paths.knots),
     }
     return reasons.get(name, "")
 
 
-def priors(plant: Plant, signals: StageSignals, known: Accuracy, noise: float) -> dict[str, Prior]:
-    """Priors by name, for the `CONFIGURED` parameters that the full order fits.
+def priors(
+    plant: Plant, signals: StageSignals, known: Accuracy, noise: float, also: tuple[str, ...] = ()
+) -> dict[str, Prior]:
+    """Priors by name, for the `CONFIGURED` parameters that the full order fits, beside those in `also`.
 
     The weight of a prior is (noise / (P_s deviation))^2, with the `noise` of the pressure sensors, Pa.
     """
     result: dict[str, Prior] = {}
     for name in CONFIGURED:
-        if inapplicable(name, plant, signals):
+        if inapplicable(name, plant, signals) or (name == "linearity" and {*CURVE} <= {*also}):
             continue
         configured = configured_value(plant, name)
         deviation = known[name] / LIMITS
@@ -116,6 +121,8 @@ class Problem(LeastSquares):
         fitted |= {"flow": self.signals.flow is None, "first temperature": full}
         added = {*self.also, *self.priors}
         without = {*self.fixed, *STARTS} - {start_name(name, i) for name in STARTS_OF_ONE for i in starts}
+        if added >= {*CURVE}:
+            without.add("linearity")
         result: dict[str, Scale] = {}
         for name, row in PARAMETERS.items():
             if name in without or not (name in added if name in ALSO else fitted.get(row.group, True)):

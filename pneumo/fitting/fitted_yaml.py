@@ -16,7 +16,7 @@ from pneumo.errors import printable
 from pneumo.fitting.fit_result import FitResult
 from pneumo.fitting.on_signals import offset
 from pneumo.fitting.record.measurement import Measurement
-from pneumo.fitting.valve_signal import ROWS, largest_command, valve_curve
+from pneumo.fitting.valve_signal import ROWS, bent, largest_command, valve_curve
 from pneumo.physics.models import FULL_ORDER_WALLS
 from pneumo.quantities.table import CURVE, FULL_ORDER, QUANTITIES, STARTS, of_group
 from pneumo.statistics.intervals import Interval
@@ -87,13 +87,13 @@ def fitted_configuration(
     early = ["dead_time"] if dead_time and -measured.period < dead_time.value < 0 else []
     _put_values(content, section, written, plant, (*held, *early))
     _put_valves(section, configuration.cylinders[cylinder], written, plant)
-    if written.keys() >= {*CURVE}:
-        curve = {name: written[name].value for name in CURVE}
+    if written.keys() & {*CURVE, "linearity"}:
+        fitted = {name: written[name].value for name in written}
         for key in section.keys() & {"valve", "valve_B"}:
-            section[key] = _with_curve(section[key], curve, fit, plant)
+            section[key] = _with_curve(section[key], fitted, fit, plant)
     if rig == FULL_ORDER:
         section["wall_law"] = next(name for name, wall in FULL_ORDER_WALLS.items() if wall == fit.wall)
-    section["fitted"] = _fitted_section(fit, estimates, uncertainties(configuration)[cylinder])
+    section["fitted"] = _fitted_section(fit, estimates, uncertainties(configuration)[cylinder], plant)
     zero = [_line(name, estimates[name]) for name in held if estimates[name].value == 0]
     kept = [_line(name, estimates[name]) for name in held if estimates[name].value != 0]
     if kept:
@@ -228,24 +228,27 @@ def _put_valves(
 def _with_curve(
     valve: dict[str, Any], fitted: dict[str, float], fit: FitResult, plant: Plant
 ) -> dict[str, Any]:
-    """Section of a valve with a fitted curve in place of C, up to u_max.
+    """Section of a valve with a fitted curve or linearity in place of C, up to u_max.
 
-    Its rows are those between which the fit has straight lines.
+    Its rows are those between which the fit of a curve has straight lines.
     """
     largest, u_max = largest_command(fit.fitted_commands, plant), plant.valve.u_max
     parts = np.array([*ROWS, *([u_max / largest] * (largest < u_max))])
-    C = valve["C_dm3_per_sbar"] * largest / u_max * valve_curve(fitted, parts)
-    rest = {key: value for key, value in valve.items() if key != "C_dm3_per_sbar"}
+    opening = bent(parts, fitted["linearity"]) if "linearity" in fitted else valve_curve(fitted, parts)
+    C = valve["C_dm3_per_sbar"] * largest / u_max * opening
+    rest = {key: value for key, value in valve.items() if key not in ("C_dm3_per_sbar", "linearity_percent")}
     columns = {"u_V": largest * parts, "C_dm3_per_sbar": C}
     return rest | {"curve": {key: [_rounded(x) for x in column] for key, column in columns.items()}}
 
 
-def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Uncertain) -> dict[str, Any]:
+def _fitted_section(
+    fit: FitResult, estimates: dict[str, Interval], before: Uncertain, plant: Plant
+) -> dict[str, Any]:
     """Joint covariance of the fitted quantities, and each model's error on the part held out, for a study.
 
     Errors of the sensor of x move the dead volumes, but hardly change a replay on another record from this
-    sensor: the covariance is without them. An interval without ends, or of a parameter held as configured,
-    says nothing: that one is as uncertain as `before`.
+    sensor: the covariance is without them. An interval without ends, or of a parameter held as configured
+    and not as zero, says nothing: that one is as uncertain as `before`.
     """
     rig, deviations, unknown = fit.model_of_rig, dict[str, float](), set[str]()
     for name, (value, low, high) in estimates.items():
@@ -253,7 +256,7 @@ def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Unce
         if not known_as:
             continue
         ends = np.array([low, high])
-        if name in fit.held(rig) or np.isnan(ends).all():
+        if np.isnan(ends).all() or (name in fit.held(rig) and QUANTITIES[name].start != 0):
             if known_as in before.names:
                 deviations[name] = before.half_width(known_as) / SIGMAS
                 unknown.add(name)
@@ -267,12 +270,27 @@ def _fitted_section(fit: FitResult, estimates: dict[str, Interval], before: Unce
         known = [name for name in names if name in joint.index and name not in unknown]
         at = [names.index(name) for name in known]
         covariance[np.ix_(at, at)] = joint.loc[known, known]
+    if {"k_xu", "linearity"} <= {*names}:
+        change = _to_whole_range(names, fit.reached / plant.valve.u_max)
+        covariance = change @ covariance @ change.T
     errors = {"full order" if model == FULL_ORDER else model: fit.error(model) / 1e3 for model in fit.models}
     return {
         "quantities": [QUANTITIES[name].study_name for name in names],
         "covariance": [[float(f"{value:.12g}") for value in row] for row in covariance.tolist()],
         "error_kPa": {model: _rounded(error) for model, error in errors.items()},
     }
+
+
+def _to_whole_range(names: Sequence[str], reached: float) -> np.ndarray:
+    """Change of deviations to those of C and linearity up to u_max, of which a record `reached` a part.
+
+    Openings up to there remain the same, to first order.
+    """
+    C, linearity = names.index("k_xu"), names.index("linearity")
+    change = np.eye(len(names))
+    change[linearity, linearity] = 1 / reached
+    change[C, linearity] = 4 * (1 - 1 / reached)
+    return change
 
 
 def _experiments(

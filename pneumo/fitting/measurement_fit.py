@@ -135,10 +135,12 @@ def _full_order(plain: Problem, record: StageSignals, known: Accuracy) -> tuple[
     residuals of the first, plain fit make it `doubtful` by `DISTRUST`.
     """
     plant, signals = plain.plant, plain.signals
-    plain = replace(plain, priors=priors(plant, signals, known, sensor_noise(signals.P, signals.P)))
+    plain = replace(
+        plain, priors=priors(plant, signals, known, sensor_noise(signals.P, signals.P), plain.also)
+    )
     rough = best_start(plain)
     noise = sensor_noise(signals.P, rough.residual * plant.conditions.P_s)
-    problem = replace(plain, priors=priors(plant, signals, known, noise))
+    problem = replace(plain, priors=priors(plant, signals, known, noise, plain.also))
     remainder = plain.named(remainder_shifts(rough))
     expected = plain.named(expected_shifts(covariances(rough)[0]))
     far = doubtful(residuals(plain, rough.theta), remainder, expected, DISTRUST)

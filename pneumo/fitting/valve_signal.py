@@ -8,6 +8,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.signal import lfilter
 
 from pneumo.configuration.experiment import Plant
+from pneumo.physics.valve import linearity_factor
 from pneumo.physics.valve_dynamics import ValveDynamics
 
 INSTANT = 1e-9  # s, in place of a lag of zero
@@ -94,11 +95,19 @@ def valve_curve(valve: Mapping[str, float], part: np.ndarray) -> np.ndarray:
     return inside + slope * np.maximum(part - 1, 0.0)
 
 
+def bent(part: np.ndarray, linearity: float) -> np.ndarray:
+    """Conductance over that at the largest command, as `valve_curve`, of a valve that is not quite linear.
+
+    It is proportional to the command beyond the largest.
+    """
+    return np.interp(part, ROWS, ROWS * linearity_factor(ROWS, linearity)) + np.maximum(part - 1, 0.0)
+
+
 def behind_valve(u: np.ndarray, h: float, valve: dict[str, float], largest: float) -> np.ndarray:
     """Opening, V, shape (steps, stages): `valve_signal`, then hysteresis, dead band and curve.
 
     Hysteresis is a play. `hysteresis` and `dead_band`, V to either side, are zero where `valve` does not have
-    them. A fitted curve leaves the `largest` command, V, as it is.
+    them. Curve and linearity leave the `largest` command, V, as it is.
     """
     dynamics = {name: valve[name] for name in ("dead_time", "lag", "null")}
     opening = valve_signal(u.mean(axis=1), h, **dynamics)
@@ -106,6 +115,8 @@ def behind_valve(u: np.ndarray, h: float, valve: dict[str, float], largest: floa
         opening = np.array(list(accumulate(opening.tolist(), lambda at, v: min(max(at, v - play), v + play))))
     if band := valve.get("dead_band", 0.0):
         opening = outside(opening, band)
+    if "linearity" in valve:
+        opening = np.sign(opening) * largest * bent(np.abs(opening) / largest, valve["linearity"])
     if "curve_half" in valve:
         opening = np.sign(opening) * largest * valve_curve(valve, np.abs(opening) / largest)
     return np.broadcast_to(opening[:, None], u.shape)

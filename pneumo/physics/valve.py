@@ -9,6 +9,10 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 Real = TypeVar("Real", float, np.ndarray)
+# Parts of the largest command between which a valve that is not linear gets straight lines; relative errors
+# of small openings are below 1 %.
+LINE_ENDS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 1.0)
+MOST_STRAIGHT = 16  # knots of paths whose lines are longer
 
 
 class Gas(NamedTuple):
@@ -83,6 +87,24 @@ class Valve(NamedTuple):
         factor = ratio / self.exhaust
         openings = tuple(tuple(factor * opening for opening in side) for side in self.paths.exhaust)
         return self._replace(exhaust=ratio, paths=self.paths._replace(exhaust=openings))
+
+    def with_linearity(self, off: float) -> "Valve":
+        """Return the valve with its openings changed by `linearity_factor`, all paths alike."""
+        if off == 0:
+            return self
+        of, end = self.paths, self.u_max
+        if not of.knots:
+            ends = (-end, 0.0, end)
+            of = Paths(3, ends, ((0.0, 0.0, end),) * 2, ((self.exhaust * end, 0.0, 0.0),) * 2)
+        u = np.array(of.u)
+        if of.knots <= MOST_STRAIGHT:  # gets knots on the curve that its lines become
+            u = np.union1d(u, end * np.array([*LINE_ENDS, *(-part for part in LINE_ENDS)]))
+        factor = linearity_factor(np.minimum(np.abs(u) / end, 1.0), off)
+        supply, exhaust = (
+            tuple(tuple((factor * np.interp(u, of.u, side)).tolist()) for side in path)
+            for path in (of.supply, of.exhaust)
+        )
+        return self._replace(paths=Paths(len(u), tuple(u.tolist()), supply, exhaust, of.b))
 
 
 class Conditions(NamedTuple):
@@ -165,6 +187,15 @@ def laminar_factor(P_u: float, P_d: float, laminar: float) -> float:
     """
     difference = 1 - P_d / P_u
     return (difference / laminar) ** 0.5 if difference < laminar else 1.0
+
+
+def linearity_factor(part: np.ndarray, off: float) -> np.ndarray:
+    """Opening over that of a linear valve at commands that are `part` of the largest.
+
+    The deviation, over the largest opening, is a parabola: `off` at half the largest command, and 0 at the
+    largest and at none.
+    """
+    return 1 + 4 * off * (1 - part)
 
 
 def limited(u: float, u_max: float) -> float:

@@ -294,7 +294,10 @@ def test_each_stated_uncertainty_is_in_the_unit_that_a_fit_takes(tmp_path):
     stated.write_text(
         """
         cylinders:
-          mine: {bore_mm: 40 ± 0.1, stroke_mm: 160 ± 1 %, valve: {b: 0.3 ± 10 %, exhaust_ratio: 1.2 ± 0.06}}
+          mine:
+            bore_mm: 40 ± 0.1
+            stroke_mm: 160 ± 1 %
+            valve: {b: 0.3 ± 10 %, exhaust_ratio: 1.2 ± 0.06, linearity_percent: 4}
         supply: {P_s_Pa: 7e5 ± 1.4e4, P_atm_Pa: 100000 ± 3 %, T_amb_K: 293 ± 2, T_in_K: 300 ± 1 %}
         sensors: {x_zero_mm: 2, x_scale_percent: 0.5, P_gain_percent: 0.3, P_offset_kPa: 4}
         """,
@@ -305,7 +308,7 @@ def test_each_stated_uncertainty_is_in_the_unit_that_a_fit_takes(tmp_path):
         {"b": 0.03, "exhaust": 0.05, "P_s": 0.02, "bore": 0.0025, "stroke": 1.6e-3, "x_zero": 2e-3}
         | {"x_scale": 5e-3, "T_amb": 2.0, "T_in": 3.0, "P_atm": 0.03}
         | {f"P_gain_{of}": 3e-3 for of in "ABs"}
-        | {"V_d_A": 0.2, "V_d_B": 0.2, "offset_A": 4e3, "offset_B": 4e3}
+        | {"V_d_A": 0.2, "V_d_B": 0.2, "offset_A": 4e3, "offset_B": 4e3, "linearity": 0.04}
     )
 
 

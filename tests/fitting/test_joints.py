@@ -34,6 +34,7 @@ GROUPS = {
     "rig": OF_RIG | {"b": 0.2, "P_s": 7.3e5, "exhaust": 0.8, "T_in": 285.0, "P_atm": 9.5e4, "A_B": 4.3e-4},
     "valve": OF_RIG | VALVE | {"dead_band": 0.4, "C_B": 0.9},
     "supply": OF_RIG | {"sag": 0.1},
+    "linearity": OF_RIG | {"linearity": 0.06, "C_B": 0.9},
     "curve": OF_RIG | {"curve_half": 0.6, "curve_quarter": 0.4, "curve_eighth": 0.3, "C_B": 0.9},
 }
 NOT_WRITTEN = ("hysteresis", "piston_leak", "valve_leak")  # nothing that reads the file has them

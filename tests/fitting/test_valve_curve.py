@@ -24,21 +24,25 @@ def opening(part):
 
 @pytest.fixture(scope="module")
 def fits(tmp_path_factory):
-    """A record, and its fits without and with the curve."""
+    """A record, its fits without and with the curve if the valve is taken as linear, and the usual fit."""
     folder = tmp_path_factory.mktemp("curve")
     believed_plant(RIG, folder)
+    (folder / "linear.yaml").write_text(
+        "cylinders: {mine: {valve: {linearity_percent: 0}}}", encoding="utf-8"
+    )
+    usual = pneumo.load(folder / "cylinder.yaml")
+    linear = pneumo.load(folder / "cylinder.yaml", folder / "linear.yaml")
     columns = bench_record(RIG, np.random.default_rng(3), 4.0)
     record = pd.DataFrame({key: columns[name] for name, key in UNITS.items()})
     choices = (), ("valve_curve",)
-    return record, [
-        pneumo.fit(record, folder / "cylinder.yaml", models=["M1"], also=also) for also in choices
-    ]
+    taken_as_linear = [pneumo.fit(record, linear, models=["M1"], also=also) for also in choices]
+    return record, taken_as_linear, pneumo.fit(record, usual, models=["M1"])
 
 
 @pytest.mark.slow
 @pytest.mark.xdist_group("valve curve")
 def test_the_curve_is_named_and_found_within_its_intervals_and_predicts_what_is_held_out(fits, tmp_path):
-    record, (straight, curved) = fits
+    record, (straight, curved), _ = fits
     assert "(--also valve_curve fits it)" in " ".join(straight.warnings)
     assert not curved.warnings
     errors = [fit.errors.loc["full", "rms_held_out"].max() for fit in (straight, curved)]
@@ -59,6 +63,19 @@ def test_the_curve_is_named_and_found_within_its_intervals_and_predicts_what_is_
     np.testing.assert_allclose(np.array(curve.C_dm3_per_sbar)[inside], C[inside], rtol=0.05, atol=1e-3)
     with pytest.raises(InputError, match="the configuration has a curve"):
         pneumo.fit(record, configuration, also=["valve_curve"])
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("valve curve")
+def test_a_fit_finds_by_how_much_a_valve_is_not_linear(fits):
+    usual = fits[2]
+    found = usual.result.estimates("full")
+    assert usual.errors.loc["full", "rms_held_out"].max() < 1100  # Pa: the sensors' noise is 1000
+    assert found["k_0"].low < RIG.k_0 < found["k_0"].high
+    assert not usual.warnings
+    reached = usual.result.reached / U_MAX  # the record shows C up to there
+    C = found["k_xu"].scaled(usual.result.C_per_k_xu)
+    assert C.low < 1e8 * RIG.C * opening(reached) / reached < C.high
 
 
 def test_a_curve_rises_through_its_knots_and_a_proportional_one_is_a_line():
