@@ -257,7 +257,9 @@ def _k_0(section: ExperimentSection, cylinder: Cylinder) -> float:
 
 
 def _excitation(c: Configuration, name: str, s: CylinderSection) -> Excitation:
-    signal, h, loop = c.experiments[name].signal, c.step_s, c.loop(name)
+    signal = c.experiments[name].signal
+    h = c.step_s
+    loop = c.loop(name)
     amplitude = loop.amplitude if isinstance(loop, ClosedLoopSection) else loop.amplitude_V
     plain = Excitation(s.seed, amplitude, max(1, round(s.sample_time_s / h)))
     if signal is None:
@@ -326,7 +328,9 @@ def configured_dynamics(configuration: Configuration, cylinder: str) -> ValveDyn
 
 
 def _experiment(c: Configuration, name: str) -> Experiment:
-    e, loop, plant = c.experiments[name], c.loop(name), plant_of(c, name)
+    e = c.experiments[name]
+    loop = c.loop(name)
+    plant = plant_of(c, name)
     s, late = c.cylinders[e.cylinder], loop.lag_s / c.step_s
     return Experiment(
         name=name,

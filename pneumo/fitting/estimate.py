@@ -133,7 +133,9 @@ def as_configured(
     `covariances`.
     """
     configured = problem.values(problem.guess()) | {"k_0": problem.plant.k_0}
-    held, allowed, inverse = dict[str, float](), 0.0, inverse_curvature(best)
+    held = dict[str, float]()
+    allowed = 0.0
+    inverse = inverse_curvature(best)
     for i, name in enumerate(problem.names):
         ends = np.array([low.get(name, np.nan), high.get(name, np.nan)])
         may_be_zero = PARAMETERS[name].start == 0 and (PARAMETERS[name].key or PARAMETERS[name].low == 0)

@@ -177,7 +177,9 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], estimate: Estima
         names = CHOICES[cause]
         if {*names} & {*problem.also} or inapplicable(cause, problem.plant, problem.signals):
             continue
-        trial, start, enough = replace(problem, also=(*problem.also, *names)), None, EXPLAINED * before
+        trial = replace(problem, also=(*problem.also, *names))
+        start = None
+        enough = EXPLAINED * before
         if cause == VALVE_CURVE:
             start = trial.inner(trial.values(trial.guess()) | estimate.values)
             enough = EXPLAINED * min([before, *(after for after, *_ in explained.values())])
@@ -239,7 +241,9 @@ def _coloured(split: Sequence[Residual]) -> float:
 
 def parameter_warnings(problem: Problem, estimate: Estimate, known: Accuracy, stops_shown: bool) -> list[str]:
     """Warnings of parameters on a bound, or unlikely for this cylinder."""
-    values, plant, period = estimate.values, problem.plant, problem.signals.period
+    values = estimate.values
+    plant = problem.plant
+    period = problem.signals.period
     measured_volumes = problem.model.name == FULL.name and stated(plant)
     result = stated_volume_warnings(plant, estimate, known, stops_shown) if measured_volumes else []
     fitted = {name: values[name] for name in problem.names}

@@ -250,7 +250,9 @@ def _fitted_section(
     sensor: the covariance is without them. An interval without ends, or of a parameter held as configured
     and not as zero, says nothing: that one is as uncertain as `before`.
     """
-    rig, deviations, unknown = fit.model_of_rig, dict[str, float](), set[str]()
+    rig = fit.model_of_rig
+    deviations = dict[str, float]()
+    unknown = set[str]()
     for name, (value, low, high) in estimates.items():
         known_as = QUANTITIES[name].study_name
         if not known_as:

@@ -68,7 +68,9 @@ def fit_measurement(
     record = record._replace(largest=largest_command(m.u[: split + 1], plant))
     known = known or accuracy(position_shown=position_shown(m, plant))
     judged = Problem(FULL, plant, record.part(0, split), {}, also)
-    behind, off, reference = (plant, record), np.zeros((2, 1)), None
+    behind = (plant, record)
+    off = np.zeros((2, 1))
+    reference = None
     estimates: dict[str, Estimate] = {}
     if has_full:
         judged, full = _full_order(judged, record, known)

@@ -108,7 +108,9 @@ def longest_step(plant: Plant, u: np.ndarray, x: np.ndarray) -> float:
 
     `LARGEST_CHANGE` is relative to P_s. The largest command and the smallest volume of the record decide.
     """
-    c, gas, valve = plant.conditions, plant.gas, plant.valve
+    c = plant.conditions
+    gas = plant.gas
+    valve = plant.valve
     largest = valve.u_max if valve.paths.knots else min(float(np.max(np.abs(u))), valve.u_max)
     A_t = valve.k_xu * largest
     V = min(

@@ -41,7 +41,10 @@ def derivatives(system: System, state: Sequence[float], inputs: Sequence[float])
 
 def _check_point(system: System, point: dict[str, float]) -> None:
     plant, u, x, v = system.plant, *(point[name] for name in ("u", "x", "v"))
-    c, cylinder, u_max, paths = plant.conditions, plant.cylinder, plant.valve.u_max, plant.valve.paths
+    c = plant.conditions
+    cylinder = plant.cylinder
+    u_max = plant.valve.u_max
+    paths = plant.valve.paths
     opening, half = beyond_dead_band(u, system.dynamics.null, system.dynamics.dead_band), cylinder.stroke / 2
     shut = not paths.knots and opening == 0
     problems = {

@@ -132,7 +132,9 @@ def stroke_errors(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str
     The valve is fully open for three times the duration of a stroke and 1 s more, at most for that of the
     experiment, then shut for `REST`.
     """
-    c, h, configured = plant.conditions, experiment.h, experiment.plant
+    c = plant.conditions
+    h = experiment.h
+    configured = experiment.plant
     opened = min(1.0 + 3 * configured.cylinder.stroke / max(configured.speed, 1e-9), experiment.duration)
     u = np.zeros(1 + round((opened + REST) / h))
     u[: round(opened / h)] = plant.valve.u_max

@@ -83,7 +83,9 @@ def study_notes(study: Study) -> list[str]:
     """
     notes, defaults = [], []
     for name, p in {e.cylinder: e.plant for e in study.experiments.values()}.items():
-        c, s, default = p.cylinder, p.conditions, default_conductance(p.cylinder)
+        c = p.cylinder
+        s = p.conditions
+        default = default_conductance(p.cylinder)
         size = f"{1e3 * c.bore:g} x {1e3 * c.stroke:g} mm, {c.M:g} kg, supply {s.P_s / 1e5:.4g} bar absolute"
         force = c.A_A * (s.P_s - s.P_atm)
         notes.append(

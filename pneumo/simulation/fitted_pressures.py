@@ -63,7 +63,9 @@ def pressures_of_sets(
     T_in, exhaust : numpy.ndarray, optional
         Temperature of the supply, K, and `Valve.exhaust`, each of shape (set,), in place of the plant's.
     """
-    steps, count, full = len(u), len(lanes), start_T is not None
+    steps = len(u)
+    count = len(lanes)
+    full = start_T is not None
     motions = np.ascontiguousarray(motions, dtype=float)
     T_in = np.full(count, plant.conditions.T_in) if T_in is None else T_in
     exhaust = np.full(count, plant.valve.exhaust) if exhaust is None else exhaust

@@ -175,7 +175,9 @@ def recorded(experiment: Experiment, draws: np.ndarray, start: np.ndarray | None
     `draws` is the reference before any reversal, m or V, shape (steps + 1,). The run begins at the state
     `start`, by default at equilibrium.
     """
-    drive, plant, most = experiment.drive, experiment.plant, experiment.most_halvings
+    drive = experiment.drive
+    plant = experiment.plant
+    most = experiment.most_halvings
     y_0 = equilibrium(plant) if start is None else start
     states, reference, halvings = run(y_0, draws, 0.0, drive, plant, experiment.h, most)
     status, step = failure(states)

@@ -114,7 +114,9 @@ def replay_one_by_one(
     recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1
 ) -> Replayed:
     """Replay lanes one after another, by the equations themselves; parameters are those of `replay`."""
-    run, rule, rows = core_recording(recording), core_sampling(sampling), core.rows("lanes", lanes, "Lane")
+    run = core_recording(recording)
+    rule = core_sampling(sampling)
+    rows = core.rows("lanes", lanes, "Lane")
     count, samples = len(lanes), len(recording.states)
     moments, failed_at = np.empty((count, 2, 2)), np.empty((count, 2), np.int64)
     pressure = np.empty((count, 2, (samples - 1) // core.whole("stride", stride, 1) + 1))
@@ -197,7 +199,9 @@ def replay_side_by_side(
         Mean, Pa, and mean square, Pa^2, of the full-order minus the reduced pressure, shape (lane, chamber);
         NaN where a pressure left the range of the core's polynomials.
     """
-    samples, count, W = len(recording.states), len(lanes), LanesSideBySide.of(lanes, recording.plant)
+    samples = len(recording.states)
+    count = len(lanes)
+    W = LanesSideBySide.of(lanes, recording.plant)
     run, rule = core_recording(recording), core_sampling(sampling)
     for side, P in enumerate(first_states(recording, lanes[:1], sampling)[0, :, 0]):
         W.row(W.struct.now[side])[:] = P / recording.plant.conditions.P_0

@@ -52,7 +52,11 @@ REMEDY = "move the piston fast through much of its stroke, or compress fast and 
 
 def closed_record(measurement: Measurement, plant: Plant) -> ClosedRecord:
     """Record with a smoothed position."""
-    c, gas, cylinder, t, x = plant.conditions, plant.gas, plant.cylinder, measurement.t, measurement.x
+    c = plant.conditions
+    gas = plant.gas
+    cylinder = plant.cylinder
+    t = measurement.t
+    x = measurement.x
     x, areas = smoothed(t, x) + cylinder.stroke / 2, (cylinder.A_A, cylinder.A_B)
     size = areas, cylinder.bore, cylinder.stroke
     return ClosedRecord(
@@ -141,7 +145,9 @@ def problem_of_law(
     name: str, record: ClosedRecord, plant: Plant, fitted: int, chambers: Sequence[int]
 ) -> ClosedProblem:
     """Least squares of a law, with values that are typical of this plant."""
-    cylinder, law, k_0 = plant.cylinder, LAWS[name], default_conductance(plant.cylinder).k_0
+    cylinder = plant.cylinder
+    law = LAWS[name]
+    k_0 = default_conductance(plant.cylinder).k_0
     V = volume(0.0, chamber_of(cylinder, Side.A), cylinder)
     leak = V / (record.R * record.T_wall * record.t[-1])  # changes the mass in a chamber within the record
     absent = [f"_{side.name}" for side in Side if side not in chambers] + ["V_d"] * (not record.moves)
@@ -156,7 +162,9 @@ def estimated(problem: ClosedProblem, best: Solution) -> tuple[Estimate, dict[st
 
     Residuals that noise does not explain are taken for the law's own error.
     """
-    record, seen, first = problem.record, list(problem.chambers), problem.fitted
+    record = problem.record
+    seen = list(problem.chambers)
+    first = problem.fitted
     pressure = np.full_like(record.P, np.nan)
     pressure[seen] = problem.replay(best.theta, len(record.t))[seen]
     split = split_residuals(record.P[seen, :first], (record.P - pressure)[seen, :first], record.h)

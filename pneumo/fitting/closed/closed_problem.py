@@ -116,7 +116,10 @@ class ClosedProblem(LeastSquares):
         Classical Runge-Kutta steps go from sample to sample. A chamber that is not fitted has the measured
         pressure and the temperature of the wall.
         """
-        v, r, law, shape = self.values(theta), self.record, self.law, (2, samples)
+        v = self.values(theta)
+        r = self.record
+        law = self.law
+        shape = (2, samples)
         V = np.array([[v["V_d_A"]], [v["V_d_B"]]]) + np.array([r.areas]).T * r.uncovered[:, :samples]
         pressure = np.empty(shape)
         core.lib.closed_chambers(

@@ -185,7 +185,9 @@ def _other_unit(
 
 def _check_pressure(path: Path, signal: Series, plant: Plant, closed: bool) -> list[str]:
     """Notes on a pressure; `InputError` if supply and atmosphere do not allow it."""
-    P, c, name = signal.values, plant.conditions, signal.quantity
+    P = signal.values
+    c = plant.conditions
+    name = signal.quantity
     low, top = np.percentile(P, (1, 99))
     gauge = signal.text.endswith("gauge")
     zero, least = (c.P_atm, (1 + LEAST_GAUGE) * c.P_atm) if gauge else (0.0, 0.0)
