@@ -129,7 +129,7 @@ def _layout() -> dict[str, Any]:
     }
     sensitivity = [log(conductance(FLOW, 1.0, b + step)) for step in (-0.02, 0.02)]
     return {
-        "plant": numbers_of(plant),
+        "plant": {**numbers_of(plant), "linearity": 0.0},
         "k_xu_per_flow": valve.k_xu / sonic_conductance(valve, gas) * conductance(FLOW, 1.0, b),
         "supplies": supplies,
         "flows": {  # into a chamber at rest pressure, kg/s, by the valve fully open, for k_x k_u = 1 m²/V

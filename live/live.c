@@ -4,7 +4,7 @@
 #define EXPORT(name) __attribute__((export_name(#name))) name
 enum { MOST_STEPS = 23000, MOST_LANES = 80, MOST_HALVINGS = 6, MOST_PRESSURES = 100000 };
 
-static double numbers[34]; /* of the plant, in the order of its named tuples, without the valve's `paths` */
+static double numbers[35]; /* of the plant, in the order of its named tuples, without `paths`; last the linearity */
 static double reference[MOST_STEPS + 1], states[6 * (MOST_STEPS + 1)]; /* the first state is given */
 static double moments[4 * MOST_LANES], pressure[MOST_PRESSURES], psi[40]; /* psi: polynomial of the subsonic flow */
 static Lane lanes[MOST_LANES];
@@ -22,10 +22,28 @@ void EXPORT(start)(void) { fill_tables(); }
 
 double EXPORT(logarithm)(double x) { return core_log(x); }
 
+/* Openings of a valve that is `off` from linear at half its largest command, as `Valve.with_linearity` has them. */
+static void bend(Valve *valve, double off)
+{
+    static const double ends[] = {1.0 / 64, 1.0 / 32, 1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2, 3.0 / 4, 1.0};
+    enum { ENDS = sizeof ends / sizeof *ends };
+    Paths *paths = &valve->paths;
+    paths->knots = 2 * ENDS + 1;
+    for (int i = 0; i < ENDS; i++) {
+        const double u = ends[i] * valve->u_max, opening = u * (1 + 4 * off * (1 - ends[i]));
+        paths->u[ENDS + 1 + i] = u;
+        paths->u[ENDS - 1 - i] = -u;
+        for (int side = 0; side < 2; side++) {
+            paths->supply[side][ENDS + 1 + i] = opening;
+            paths->exhaust[side][ENDS - 1 - i] = valve->exhaust * opening;
+        }
+    }
+}
+
 static Plant plant(void)
 {
     const double *p = numbers, *c = numbers + 17;
-    const Plant of_numbers = {
+    Plant of_numbers = {
         .gas = {p[0], p[1], p[2], p[3], p[4] != 0},
         .valve = {.k_xu = p[5], .u_max = p[6], .laminar = p[7], .exhaust = p[8], .leak = p[9], .net_leak = p[10] != 0},
         .conditions = {p[11], p[12], p[13], p[14], p[15], p[16]},
@@ -33,6 +51,7 @@ static Plant plant(void)
         .k_0 = c[14],
         .wall = {c[15], c[16]},
     };
+    if (p[34] != 0) bend(&of_numbers.valve, p[34]);
     return of_numbers;
 }
 
