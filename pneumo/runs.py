@@ -135,9 +135,7 @@ def _departure(v: np.ndarray, k: int, earliest: int, switches: np.ndarray) -> in
 
 def _strokes(recording: Recording, commands: np.ndarray) -> list[Stroke]:
     """Movements of a simulated run that end at a stop, in the order of time; `commands` by step and valve."""
-    (x, v) = recording.states[:, :2].T
-    h = recording.h
-    cylinder = recording.plant.cylinder
+    (x, v), h, cylinder = recording.states[:, :2].T, recording.h, recording.plant.cylinder
     drawn = np.concatenate([[0.0], np.cumsum(supplied_mass(recording))])
     if recording.drive.closed_loop:  # its command changes all the time
         commands = recording.reference

@@ -64,9 +64,7 @@ def _full_order(plant: Plant) -> Advance:
     """Steps of the full order, as `simulate` makes them."""
     new = core.ffi.new
     before, states, halvings, reference = map(new, ("double[6]", "double[12]", "int8_t[1]", "double[2]"))
-    drive = core.struct("Drive", OPEN_LOOP)
-    of_plant = core.struct("Plant", plant)
-    no_u_B = core.ffi.NULL
+    drive, of_plant, no_u_B = core.struct("Drive", OPEN_LOOP), core.struct("Plant", plant), core.ffi.NULL
 
     def advance(state: State, u: float, force: float, h: float) -> State:
         before[0:6] = state

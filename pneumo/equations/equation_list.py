@@ -110,9 +110,7 @@ def valve_equations(
     With a lag, `opening` is a state: results include its rate, or, in a substep of s seconds, its value at
     the end. A valve with `Paths` has their openings as results, such as `inlet_A`.
     """
-    lag = dynamics.lag
-    null = dynamics.null
-    dead_band = dynamics.dead_band
+    lag, null, dead_band = dynamics.lag, dynamics.null, dynamics.dead_band
     paths, equations = plant.valve.paths, Equations("u_A u_B opening_A opening_B" if two_valves else "")
     let = equations.let
 
@@ -151,9 +149,7 @@ def chamber_equations(model: Model | None, n: Any, plant: Plant, valve: bool) ->
     this chamber.
     """
     gas, restrictions, c, cylinder, k_0, wall, _ = plant
-    g = gas.gamma
-    paths = restrictions.paths
-    equations = Equations()
+    g, paths, equations = gas.gamma, restrictions.paths, Equations()
     let, row = equations.let, lane(model, n, g) if model else None
 
     def by_paths(k: Any) -> tuple[Any, Any]:

@@ -29,9 +29,7 @@ def known_steps(system: System) -> list[KnownStep]:
 
     With a piston, one of them runs into an end stop and one stays at rest on it.
     """
-    rng = np.random.default_rng(2006)
-    c = system.plant.conditions
-    cylinder = system.plant.cylinder
+    rng, c, cylinder = np.random.default_rng(2006), system.plant.conditions, system.plant.cylinder
     flow = 0.04 * system.plant.valve.k_xu * system.plant.valve.u_max * c.P_s / c.T_0**0.5
     most = {"u": 1.2 * system.plant.valve.u_max, "m": flow, "v": 1.0, "force": 100.0}
     most["opening"] = system.plant.valve.u_max

@@ -45,12 +45,8 @@ def printed(system: System, also: Iterable[str] = ()) -> tuple[dict[str, list[St
     Rates have the parts valve, chamber, piston and stops; a substep has before, opened, moved and after; its
     length has flows and pace. Those of an absent valve or piston are empty.
     """
-    plant = symbols_of(system.plant)
-    dynamics = symbolic(system.dynamics, "valve_")
-    n = Symbol("n", real=True)
-    model = system.model
-    valve = system.valve
-    own = system.chamber_states
+    plant, dynamics, n = symbols_of(system.plant), symbolic(system.dynamics, "valve_"), Symbol("n", real=True)
+    model, valve, own = system.model, system.valve, system.chamber_states
     flows = [outer for side in Side for _, outer in system.flows(side).values()]
     of_valve = valve_equations(plant, dynamics, system.two_valves)
     opened = valve_equations(plant, dynamics, system.two_valves, substep=True)

@@ -210,9 +210,7 @@ def block(system: System, precision: str) -> Unit:
 
 def program(system: System, precision: str) -> Unit:
     """Test program in Structured Text that compares steps of the function block with those in Python."""
-    real = TYPES[precision]
-    steps = known_steps(system)
-    block = f"Pneumo_{system.name}"
+    real, steps, block = TYPES[precision], known_steps(system), f"Pneumo_{system.name}"
     last, of_state = len(steps) - 1, (len(system.states) - 1,)
     constants = [
         Variable(

@@ -13,9 +13,7 @@ from pneumo.selection.error_budget import FULL_ORDER
 def budget_figure(answer: Answer) -> Figure:
     """Draw each model's expected error as a bar of its parts, and the 95 % interval as a line."""
     fig = new_figure(DOUBLE_MM, 84)
-    ax = fig.subplots()
-    bars = budget_bars(answer)
-    labels = list(causes(answer))
+    ax, bars, labels = fig.subplots(), budget_bars(answer), list(causes(answer))
     for place, label in enumerate(labels):
         lefts, widths, (color, *_) = zip(*(bar.parts[place] for bar in bars), strict=True)
         ax.barh(range(len(bars)), widths, left=lefts, color=color, label=label, height=0.62)

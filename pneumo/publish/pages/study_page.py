@@ -63,10 +63,7 @@ def _inputs(study: Study, ranking: Ranking) -> list[tuple[str, str]]:
     """Inputs as (name, text): cylinder, valve and supply, then each experiment."""
     experiments: list[Experiment] = [study.experiments[name] for name in ranking.experiments]
     plant = experiments[0].plant
-    c = plant.cylinder
-    v = plant.valve
-    s = plant.conditions
-    g = plant.gas
+    c, v, s, g = plant.cylinder, plant.valve, plant.conditions, plant.gas
     size = f"{v.k_xu * MM2:.4g} mm²/V"
     if g.elliptic:
         size = f"C = {sonic_conductance(v, g):.4g} dm³/(s bar), b = {g.critical_ratio:g}"
