@@ -18,7 +18,11 @@
 #define INLINE static inline __attribute__((always_inline))
 #endif
 
-/* One compiled form for each generation of processors, chosen when the library is loaded. */
+/* One compiled form for each generation of processors, chosen when the library is loaded. Clang before 18 gives the
+   choice a name that other files do not find. */
+#if defined(__clang__) && __clang_major__ < 18 && !defined(PNEUMO_NO_CLONES)
+#define PNEUMO_NO_CLONES
+#endif
 #if defined(__x86_64__) && defined(__GLIBC__) && !defined(PNEUMO_NO_CLONES)
 #define CLONES __attribute__((target_clones("default", "avx2", "avx512f")))
 #else
