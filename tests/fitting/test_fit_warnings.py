@@ -282,7 +282,11 @@ def test_a_mistake_in_the_columns_is_named_and_none_is_made_up(words, tmp_path):
 
 def test_of_a_long_record_the_beginning_is_fitted(tmp_path, monkeypatch):
     monkeypatch.setattr("pneumo.fitting.estimate.MOST_STEPS", 1500)
-    found = fit_measurement(measured(RIG, 4.0), believed_plant(RIG, tmp_path), [])
+    known = dict(accuracy()) | {"x_zero": 2e-3}
+    plant = believed_plant(RIG, tmp_path)
+    found = fit_measurement(measured(RIG, 4.0), plant, [], known=known)
+    cell = found.data["moved_by"].sel(model="full", parameter="V_d_A", quantity="the zero of x")
+    assert abs(cell.item()) == pytest.approx(2e-3 * plant.cylinder.A_A, rel=0.2)
     end = found.held_out_from
     assert 0.7 < end <= 1.5
     note = f"a long record: the first {end:.4g} s are fitted, the other {4 - end:.4g} s held out"
