@@ -54,7 +54,7 @@ def _of_cylinder(section: CylinderSection, plant: Plant) -> Iterator[Implausible
     c, s = plant.cylinder, plant.conditions
     # Full supply pressure on one side of the piston, the atmosphere on the other.
     out, back = c.A_A * s.P_s - c.A_B * s.P_atm + c.load, c.A_B * s.P_s - c.A_A * s.P_atm - c.load
-    bent = c.spring * c.stroke / 2  # more than in mid-stroke, at the end where the spring opposes
+    bent = c.spring * c.stroke / 2  # lost towards either end: `load` has the spring's force in mid-stroke
     force = min(out, back) - bent - c.coulomb
     if force <= 0.0:
         air = (c.A_A if out < back else c.A_B) * (s.P_s - s.P_atm)

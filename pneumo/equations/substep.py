@@ -139,7 +139,8 @@ class _Filling(NamedTuple):
     def port_of_paths(self, k: Any) -> tuple[Any, ...]:
         restrictions, c = self.plant.valve, self.plant.conditions
         areas = [restrictions.k_xu * opening + restrictions.leak for opening in (k.inlet, k.outlet)]
-        # If both are open, first the port where the flow changes most with the pressure.
+        # If both are open, first the port where the flow changes most with the pressure: it is solved for,
+        # the other's flow is at a guess. A slope is as area / root of drop; squared, times both drops.
         slopes = areas[0] ** 2 * abs(k.P - c.P_atm), areas[1] ** 2 * abs(c.P_s - k.P)
         first = slopes[0] >= slopes[1] if self.two else k.inlet > 0
         ratios = (k.b_inlet, k.b_outlet) if restrictions.paths.b else (None, None)

@@ -116,13 +116,15 @@ class Problem(LeastSquares):
     @cached_property
     def scales(self) -> dict[str, Scale]:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Scales of the fitted parameters."""
-        full, starts = self.model.name == FULL_ORDER, range(len(self.signals.begins))
+        full = self.model.name == FULL_ORDER
         fitted = {"index": self.model.has_n, "wall": self.model.wall != "none", "valve": full}
         fitted |= {"flow": self.signals.flow is None, "first temperature": full}
         added = {*self.also, *self.priors}
-        without = {*self.fixed, *STARTS} - {start_name(name, i) for name in STARTS_OF_ONE for i in starts}
+        records = range(len(self.signals.begins))
+        used_starts = {start_name(name, i) for name in STARTS_OF_ONE for i in records}
+        without = {*self.fixed, *STARTS} - used_starts  # `STARTS` has those of `MOST_RECORDS` records
         if added >= {*CURVE}:
-            without.add("linearity")
+            without.add("linearity")  # the curve has it
         result: dict[str, Scale] = {}
         for name, row in PARAMETERS.items():
             if name in without or not (name in added if name in ALSO else fitted.get(row.group, True)):

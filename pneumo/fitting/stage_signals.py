@@ -120,6 +120,12 @@ def longest_step(plant: Plant, u: np.ndarray, x: np.ndarray) -> float:
     return float(np.clip(LARGEST_CHANGE * c.P_s * max(V, 0.0) / max(rate, TINY), SHORTEST_STEP, LONGEST_STEP))
 
 
+def steps_between_samples(m: Measurement, plant: Plant) -> int:
+    """Steps of a replay between two samples of a measurement."""
+    longest = LONGEST_STEP if m.m is not None else longest_step(plant, m.u, m.x)
+    return int(np.ceil(m.period / longest * (1 - 1e-9)))
+
+
 def stage_signals(measurement: Measurement, plant: Plant, command: Sampling = HELD) -> StageSignals:
     """Signals of a measurement at the stages of a replay.
 
@@ -128,8 +134,7 @@ def stage_signals(measurement: Measurement, plant: Plant, command: Sampling = HE
     no meaning.
     """
     m, u_max = measurement, plant.valve.u_max
-    longest = LONGEST_STEP if m.m is not None else longest_step(plant, m.u, m.x)
-    t, within = m.t, int(np.ceil(m.period / longest * (1 - 1e-9)))
+    t, within = m.t, steps_between_samples(m, plant)
     h, steps = m.period / within, within * (len(t) - 1)
     at = (np.arange(steps)[:, None] + NODES) * h  # times of the stages
     held_u = np.broadcast_to(np.repeat(m.u[:-1], within)[:, None], at.shape)

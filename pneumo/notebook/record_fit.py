@@ -37,6 +37,7 @@ from pneumo.fitting.record.columns import Columns
 from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS, PART
+from pneumo.fitting.stage_signals import steps_between_samples
 from pneumo.notebook.export_model import export_model
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import residual_figure
@@ -291,7 +292,8 @@ def fit(
     ]
     if not records:
         raise InputError("record: an empty list: must have at least one record")
-    measurement, part = joined(records, part, MOST_STEPS)
+    most = MOST_STEPS // max(steps_between_samples(m, plant) for m in records)
+    measurement, part = joined(records, part, most)
     for note in measurement.notes:
         progress(f"note: {note}")
     rule = _SAMPLING[command]

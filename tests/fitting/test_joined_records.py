@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import pneumo
 from benchmarks.bench_rig import bench_record, purpose_rig
 from benchmarks.fit_bench import believed_plant
 from pneumo.errors import InputError
@@ -122,3 +123,15 @@ def test_the_command_finds_more_in_two_and_judges_on_a_third(inside, tmp_path):
     assert errors == pytest.approx([1e3, 1e3], rel=0.2)  # the sensors' noise
     text = (tmp_path / "two/fitted.yaml").read_text(encoding="utf-8")
     assert text.startswith("# Cylinder mine as fitted to 0.csv, 1.csv by full")
+
+
+def test_no_record_is_left_out_where_a_replay_takes_several_steps_a_sample(tmp_path, monkeypatch):
+    believed_plant(RIG, tmp_path)
+    for room in ("notebook.record_fit", "fitting.estimate"):
+        monkeypatch.setattr(f"pneumo.{room}.MOST_STEPS", 600)
+    units = {"t": "t_s", "u": "u_V", "x": "x_m", "P_A": "P_A_Pa", "P_B": "P_B_Pa"}
+    columns = [columns_of(seed, 1.0) for seed in (3, 4)]
+    records = [pd.DataFrame({key: one[name][::2] for name, key in units.items()}) for one in columns]
+    fit = pneumo.fit(records, tmp_path / "cylinder.yaml", models=["M1"])
+    second = fit.measurement.begins[1] * fit.measurement.period
+    assert fit.result.held_out_from > 1.9 * second

@@ -113,8 +113,8 @@ class ClosedProblem(LeastSquares):
     def replay(self, theta: np.ndarray, samples: int) -> np.ndarray:
         """Pressures computed with the parameters `theta` for the first samples, Pa, by (chamber, sample).
 
-        Classical Runge-Kutta steps go from sample to sample. A chamber that is not fitted has the measured
-        pressure and the temperature of the wall.
+        Classical Runge-Kutta steps go from sample to sample, with volumes linear between. A chamber that is
+        not fitted has the measured pressure and the temperature of the wall, for the leak past the piston.
         """
         v = self.values(theta)
         r = self.record

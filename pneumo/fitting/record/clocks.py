@@ -186,7 +186,7 @@ def letters(name: str) -> str:
 
 
 def stated_period(settings: Iterable[Setting]) -> tuple[float, str] | None:
-    """Time between samples that a file states, s, and the setting's name."""
+    """Time between samples that a file states, s, and the setting's name; without units in s, or Hz."""
     for name, value, unit in settings:
         read = reading("t", unit or "s")
         frequency = FREQUENCIES.get(unit.lower(), 0.0)

@@ -135,8 +135,9 @@ def _pair_names(line: str) -> list[str]:
 def _settings(above: Sequence[str], separator: str) -> Iterator[Setting]:
     """Numbers that lines above a table state: `name = number`, a row of both, or a name above its number."""
     rows = [_fields(line, separator) for line in above]
-    for row, below in zip(rows, [*rows[1:], []], strict=True):
-        for name, number in [*pairwise(row), *zip(row, below, strict=False)]:
+    for row, below in zip(rows, [*rows[1:], []], strict=True):  # below the last are samples, no settings
+        beside, beneath = pairwise(row), zip(row, below, strict=False)
+        for name, number in [*beside, *beneath]:
             label = BRACKETS.fullmatch(name)
             if POINT.fullmatch(number):
                 yield Setting(label[1] if label else name, float(number), label[2] if label else "")
