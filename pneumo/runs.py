@@ -254,7 +254,7 @@ class Run(NamedTuple):
         ]
         lines += [f"... and {len(strokes) - MOST_STROKES} more"] if len(strokes) > MOST_STROKES else []
         if not strokes:
-            unended = f"; no end reached in {self.t[-1]:.4g} s" if self.simulated else ""
+            unended = f"; {1e3 * self.x[-1]:.4g} mm at the end: no whole stroke" if self.simulated else ""
             lines.append(f"x: {1e3 * self.x.min():.4g} to {1e3 * self.x.max():.4g} mm{unended}")
         for side in "AB":
             P, T = getattr(self, f"P_{side}") / 1e5, getattr(self, f"T_{side}")

@@ -157,7 +157,7 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
         reason += f", {_kpa(chosen.stroke)} over strokes into rest"
     others = [row for row in budget.rows if row.model in good and row is not chosen]
     limit = (1 + MATERIAL) ** 0.5 * chosen.stroke
-    within = f"within {100 * MATERIAL:.0f} % and no cheaper"
+    within = f"within {100 * MATERIAL:.0f} % in mean square error, for no less arithmetic"
     if equal := [row.model for row in others if not row.stroke > limit]:
         reason += f". {_listed(equal)} {within}"
     if worse := {row.model: row.stroke for row in others if row.stroke > limit}:

@@ -68,7 +68,7 @@ def test_figures_are_those_of_pneumo_study_and_simulate(inputs, tmp_path):
     expected, near = answer(cells, "mine"), 1e-6 * page["swing"]
     assert page["chosen"]["name"] == expected.chosen
     sentences = f"{expected.reason}. ".split(". ")
-    for name, words in (("good", " and no cheaper"), ("worseIntoRest", "")):
+    for name, words in (("good", " for no less arithmetic"), ("worseIntoRest", "")):
         named = [text for text in sentences if "within 10 %" in text and text.endswith(words or ")")]
         assert [set(re.findall(r"M\d+", text)) for text in named] == [{*page[name]}][: bool(page[name])]
     assert any("for both take" in line for line in expected.advice) == bool(page["forBoth"])

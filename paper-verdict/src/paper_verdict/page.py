@@ -408,7 +408,11 @@ def _facts(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
     if failed:
         links = "; ".join(f'<a href="#fact-{_id(f["name"])}">{marked(f["says"])}</a>' for f in failed)
         yield f"<p>Predictions that did not come out: {links}.</p>"
-    words = "A seed deviation is the standard deviation over other random numbers."
+    words = (
+        "A seed deviation is the standard deviation over other random numbers. Tolerances differ from number"
+        " to number, so that a smaller deviation may differ where a larger one agrees. An assumption with"
+        " several values counts as that many free choices."
+    )
     if any(fact["chosen"] for fact in verdict["facts"]):
         words += (
             " Facts for which the same free choices were made share the degrees of freedom that these cost."

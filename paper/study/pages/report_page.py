@@ -211,7 +211,8 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
         text.append(
             f"For a machine, take the full order itself: even if k_0, the wall's conductance, is wrong by a"
             f" factor of {known} (how well it is known from {measured_cylinders()}), it is off by only"
-            f" {errors} kPa.\n"
+            f" {errors} kPa. M7 to M10 drift in a closed chamber: never take them where a machine starts"
+            " vented or rests with the valve shut.\n"
         )
     text.append(
         f"The full order (the full simulation) computes pressure and temperature of each chamber, the simple"
