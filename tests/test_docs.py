@@ -110,7 +110,7 @@ def run_line(line: str, folder: Path) -> None:
         assert done.exit_code == 0, f"{line}: {done.output} {done.exception}"
     elif words[0] == "paper-verdict":
         assert judge(words[1:]) == 0, line
-    elif words[0] in ("cc", "./m8_test"):
+    elif words[0] in ("cc", "./full_test"):
         subprocess.run(words, cwd=folder, check=True)
     else:
         pytest.fail(f"{line}: no test runs this; run it, or say in NOT_RUN why not")

@@ -238,7 +238,7 @@ def _places(verdict: Mapping[str, Any]) -> Iterable[str]:
     yield '<section aria-labelledby="places"><h2 id="places">Print and reproduction</h2>'
     yield (
         "<p>In each cell the print is above and the reproduction below it, coloured by status."
-        " A number leads to its file, its place there, and its tolerance.</p>"
+        " Select a number to see its file, its place in the file, and its tolerance.</p>"
     )
     errata = {erratum["id"]: erratum for erratum in verdict["errata"]}
     for place in verdict["places"]:
