@@ -272,7 +272,8 @@ def _fitted_section(
         known = [name for name in names if name in joint.index and name not in unknown]
         at = [names.index(name) for name in known]
         covariance[np.ix_(at, at)] = joint.loc[known, known]
-    if {"k_xu", "linearity"} <= {*names}:
+    # One that is not zero is in the curve, and a study has none to draw.
+    if {"k_xu", "linearity"} <= {*names} - unknown and "linearity" in fit.held(rig):
         change = _to_whole_range(names, fit.reached / plant.valve.u_max)
         covariance = change @ covariance @ change.T
     errors = {"full order" if model == FULL_ORDER else model: fit.error(model) / 1e3 for model in fit.models}

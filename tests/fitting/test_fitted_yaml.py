@@ -186,6 +186,21 @@ def test_a_study_of_the_fitted_file_judges_with_what_the_fit_learned(mine, tmp_p
     assert known.half_width("k_0") == pytest.approx(before.half_width("k_0"), rel=1e-3)
 
 
+def test_flows_up_to_the_record_s_largest_command_are_as_well_known_as_the_fit_found(mine, tmp_path):
+    values = VALUES | {"linearity": 0.0}
+    joint = {"k_xu": {"k_xu": 1e-4, "linearity": 0.0}, "linearity": {"k_xu": 0.0, "linearity": 4e-8}}
+    ends = [{name: factor * value for name, value in values.items()} for factor in (0.9, 1.1)]
+    ends = [end | {"linearity": limit} for end, limit in zip(ends, (-4e-4, 4e-4), strict=True)]
+    full = Estimate(values, *ends, *np.zeros((3, 2)), held=("linearity",), covariance=joint)
+    fit = found(full=full, also=("linearity",))
+    known = uncertainties(read(written(fit, "mine", mine, TEMPLATE), tmp_path)[0])["mine"]
+    assert fit.reached == mine.valve.u_max / 10
+    # The linearity of a study is that up to u_max; the logarithm of an opening depends on both.
+    for part, of_linearity in ((0.1, 0.0), (0.05, (4 * 0.5) ** 2 * 4e-8)):
+        slopes = [float(name == "C") + 4 * (1 - part) * (name == "linearity") for name in known.names]
+        assert slopes @ np.array(known.covariance) @ slopes == pytest.approx(1e-4 + of_linearity)
+
+
 def test_a_coefficient_gives_way_to_k_0_and_a_measured_temperature_is_kept(mine, tmp_path):
     other = tmp_path / "other.yaml"
     content = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
