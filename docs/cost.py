@@ -67,6 +67,8 @@ def numbers(cost: dict[str, Any]) -> dict[str, str]:
     """Numbers and tables of the cost of a step, by name."""
     single = cost["rows"]["float"]
     full_row = single[FULL_ORDER]
+    on_a_pc = cost["rows"]["double"]
+    of_M6 = on_a_pc[FULL_ORDER]["ns"] / on_a_pc["M6"]["ns"]
     cycle = cost["observers"]["rows"]["float"]["M8"]["instructions"]
     return tables(cost) | {
         "experiment": cost["experiment"],
@@ -76,5 +78,6 @@ def numbers(cost: dict[str, Any]) -> dict[str, str]:
         "observer_over_step": f"{cycle / single['M8']['instructions']:.1f}",
         "worst_ms": " to ".join(f"{cycles * full_row['most_instructions'] / 168e3:.1f}" for cycles in (1, 2)),
         "most_over_mean": f"{full_row['most_instructions'] / full_row['instructions']:.1f}",
+        "full_longer_on_a_pc": f"{100 * (of_M6 - 1):.0f} %",
         "full_over_M8_instructions": f"{full_row['instructions'] / single['M8']['instructions']:.2f}",
     }

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,7 @@ def from_kept_files() -> Numbers:
     measured, air = (xr.load_dataset(KEPT / f"{name}.nc") for name in ("measurements", "measured_air"))
     k_0 = [measured.k_0 for measured in measured_conductances()]
     return {
+        "at_work": position_control(xr.load_dataset(KEPT / "at_work.nc")),
         "catalogue": {
             "factor": f"{coefficient_times_length()[1]:.1f}",
             "k_0": f"{min(k_0):g} to {max(k_0):g}",
@@ -81,6 +83,28 @@ def from_kept_files() -> Numbers:
         "measured_air": measured_air.numbers(air),
         "measurements": measured_air.gas_spring_numbers(measured),
         "simulators": simulators(_stored(PAPERS / "2006" / SIMULATORS)),
+    }
+
+
+def position_control(at_work: xr.Dataset) -> dict[str, str]:
+    """How much a position controller's error depends on the model, with the right k_0."""
+    loss = at_work["loss"].sel(bound="estimate", factor=1.0)  # error over that of the best model
+
+    def largest(use: str) -> str:
+        return f"{100 * (loss.sel(use=f'controller, {use}').max().item() - 1):.1f} %"
+
+    following = loss.sel(use="controller, following, none")
+    M1_over_M6 = 100 * (following.sel(compared="M1") / following.sel(compared="M6") - 1)
+    lower = M1_over_M6.where(M1_over_M6 < 0, drop=True)
+    higher = M1_over_M6.where(M1_over_M6 > 0, drop=True)
+    return {
+        "with_steps": largest("tracking, none"),
+        "without_steps": largest("following, none"),
+        "both_measured": largest("following, both"),
+        "M1_lower": f"{-lower.max().item():.0f} to {-lower.min().item():.0f} %",
+        "M1_lower_on": f"{lower.size}",
+        "M1_higher": f"{higher.min().item():.0f} to {higher.max().item():.0f} %",
+        "M1_higher_on": f"{higher.size}",
     }
 
 
@@ -113,8 +137,12 @@ def simulators(stored: list[dict[str, Any]]) -> dict[str, str]:
 def from_the_study(results: Path) -> Numbers:
     """Numbers from results/, the whole study of the paper."""
     verdict = _stored(results / "verdict.json")
+    words = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
     headlines = {
         "compared": f"{len(verdict['items'])}",
+        "conclusion": conclusion(verdict),
+        "unexplained": words[verdict["headline"]["statuses"][UNEXPLAINED]],
+        "explained": words[verdict["headline"]["statuses"][EXPLAINED]],
         "headline": headline_text(verdict["headline"]),
         "second": headline_text(_stored(results / "2007/verdict.json")["headline"]),
     }
@@ -123,6 +151,20 @@ def from_the_study(results: Path) -> Numbers:
         "look": {"output": output_of_readme()},
         "which_model": wrong_conductance(results) | {"table_levels": levels(results)},
     }
+
+
+def conclusion(verdict: dict[str, Any]) -> str:
+    """How many numbers are reproduced, and whether the advice to take M7 is."""
+    statuses = Counter(item["status"] for item in verdict["items"])
+    judged = statuses.total() - statuses[NOT_JUDGED]
+    reproduced = statuses[AGREES] + statuses[SCATTER]
+    of_item = {item["id"]: item["status"] for item in verdict["items"]}
+    assert of_item["S4.best_choice"] in (EXPLAINED, UNEXPLAINED)  # as the last sentence says
+    assert of_item["S4.M7_mu"] == of_item["S4.M7_sigma"] == MISPRINT
+    return (
+        f"{reproduced} of {judged} judged numbers are reproduced, {statuses[SCATTER]} of them within the"
+        " scatter of random numbers. The advice to take M7 is not: the text quotes M8's errors."
+    )
 
 
 def output_of_readme() -> str:

@@ -9,9 +9,9 @@ def study_answer() -> str:
 
 
 def judged() -> str:
-    """How many facts of the paper of 2006 agree, and how many numbers of each table and figure."""
+    """Conclusion on the paper of 2006, its facts by status, and its numbers by table and figure."""
     verdict = stored_numbers()["verdict"]
-    return f"{verdict['headline']}\n\n{verdict['places']}"
+    return f"{verdict['conclusion']} {verdict['headline']}\n\n{verdict['places']}"
 
 
 def printed() -> str:

@@ -90,7 +90,7 @@ def simulate(
             raise InputError("--gain: missing; the cylinder has no section closed_loop")
         signals = {"reference": held[:, 0] * 1e-3, "k_p": k_p}
     run = runs.simulate(plant, step, start=start, dynamics=dynamics, **signals)
-    typer.echo(run)
+    typer.echo(f"from {start} with {option} {text}: {run}")
     if output is not None:
         _write(run, output, study(configuration).config_sha256)
 

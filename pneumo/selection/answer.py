@@ -157,7 +157,7 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
         reason += f", {_kpa(chosen.stroke)} over strokes into rest"
     others = [row for row in budget.rows if row.model in good and row is not chosen]
     limit = (1 + MATERIAL) ** 0.5 * chosen.stroke
-    within = f"within {100 * MATERIAL:.0f} % in mean square error, for no less arithmetic"
+    within = f"within {100 * MATERIAL:.0f} % in mean square error and no faster on a microcontroller"
     if equal := [row.model for row in others if not row.stroke > limit]:
         reason += f". {_listed(equal)} {within}"
     if worse := {row.model: row.stroke for row in others if row.stroke > limit}:
@@ -182,7 +182,7 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
     if lowest**2 > after**2 + NOISE**2:  # what a record gains, sensors show
         lines.append(
             f"After a {RECORD:g} s record and a fit: {_kpa(after)} in theory,"
-            f" {ON_MEASURED_AIR} on measured air."
+            f" {ON_MEASURED_AIR} on measured air (without a servo valve)."
         )
     both = {row.model: (row.rms**2 + row.stroke**2) ** 0.5 for row in budget.rows}
     if not np.isnan(chosen.stroke) and chosen.model not in (best := _within(both)):

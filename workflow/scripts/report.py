@@ -21,7 +21,7 @@ def main(
     judged = read_json(verdict[0]) if verdict else None
     for file in findings:
         statements = read_json(file)
-        statements["note"] += f" {made(file)}."
+        statements["made"] = made(file)
     text = report_page(study, stored_parts(study, parameters.parent), judged, statements, manuscript)
     write_text(text, page)
 

@@ -463,7 +463,7 @@ def _errata(errata: Sequence[Row], about: Row) -> Iterable[str]:
     yield (
         "<p>Each proof checks the paper's own numbers and formulas, and ran with this"
         f" verdict{functions}. A suspected"
-        " misprint is argued from the results; it may explain a difference, and proves nothing.</p>"
+        " misprint is inferred from the results: it may explain a difference, but it proves nothing.</p>"
     )
     rows: list[str] = []
     for erratum in errata:

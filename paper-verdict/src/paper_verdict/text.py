@@ -69,7 +69,8 @@ def size_text(fact: Mapping[str, Any]) -> str:
     if fact["chi_square"] is not None:
         parts.append(f"χ² {fact['chi_square']:.0f} for {fact['left']:.0f} degrees of freedom")
     if fact["largest"]:
-        parts.append(f"largest deviation {deviation_text(fact['largest'])}")
+        which = "largest of all deviations" if fact["judged"] > 1 else "deviation"
+        parts.append(f"{which} {deviation_text(fact['largest'])}")
     if fact["seeds"]:
         parts.append(f"at most {fact['seeds']:.1f} seed deviations")
     return "; ".join(filter(None, parts))

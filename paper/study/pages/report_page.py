@@ -208,11 +208,19 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
         factors = {conductance_factor(e.plant.cylinder.bore) for e in study.experiments.values()}
         known = " to ".join(dict.fromkeys(f"{factor:.2g}" for factor in sorted(factors)))
         errors = " to ".join(dict.fromkeys(kpa[name] for name in walls))
+        worst = walls[-1]  # lowest error first
+        better = [name for name in reduced if rms[name] < rms[worst]]
+        tuned = ""
+        if better:
+            tuned = (
+                f" {_subject(better)} off by less than {kpa[worst]} kPa, but only with the right k_0 and the"
+                " best n for each run, which nobody knows beforehand."
+            )
         text.append(
             f"For a machine, take the full order itself: even if k_0, the wall's conductance, is wrong by a"
             f" factor of {known} (how well it is known from {measured_cylinders()}), it is off by only"
-            f" {errors} kPa. M7 to M10 drift in a closed chamber: never take them where a machine starts"
-            " vented or rests with the valve shut.\n"
+            f" {errors} kPa.{tuned} M7 to M10 drift in a closed chamber: never take them where a machine"
+            " starts vented or rests with the valve shut.\n"
         )
     text.append(
         f"The full order (the full simulation) computes pressure and temperature of each chamber, the simple"
@@ -231,6 +239,12 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     ticks = [(f"{tick:g}", axis_fraction(tick, low, high)) for tick in numbers if low <= tick <= high]
     rows = [(_model(name), kpa[name], axis_fraction(value, low, high)) for name, value in rms.items()]
     return Overview(headline, " ".join(text), rows, ticks)
+
+
+def _subject(names: Sequence[str]) -> str:
+    """Names as the subject of a sentence, with its verb."""
+    *first, last = names
+    return f"{', '.join(first)} and {last} are" if first else f"{last} is"
 
 
 def _at_one_n(runs: Sequence[Mapping[str, Any]], model: str) -> float:
@@ -266,7 +280,7 @@ def _model(name: str) -> dict[str, Any]:
         "name": name.replace("k_0", "k₀").replace(
             " ", "\u00a0"
         ),  # the page's address has spaces between names
-        "text": text.replace("k_0", "k₀").replace("gamma", "γ"),
+        "text": _with_symbols(text),
         "colour": look.color,
         "on_dark": on_dark(look.color),
         "dash": [] if isinstance(look.linestyle, str) else look.linestyle[1],
@@ -276,18 +290,32 @@ def _model(name: str) -> dict[str, Any]:
     }
 
 
+def _with_symbols(text: str) -> str:
+    for name, symbol in (("k_0", "k₀"), ("gamma", "γ"), ("lambda_0", "λ₀"), ("lambda", "λ")):
+        text = text.replace(name, symbol)
+    return text
+
+
 def reason_text(why: str) -> str:
     """Reason of the findings on why the answer to a statement depends, as a sentence.
 
     Examples
     --------
     >>> reason_text("yes, but not with a limit of 1.41, E14 left out")
-    'yes; but no with a limit of 1.41, or without E14'
+    'yes, but no with a limit of 1.41, or if E14 is left out'
     """
-    why = why.replace("yes, but not", "yes; but no").replace("no, but not", "no; but yes")
-    why = why.replace("with like for like", "if like is compared with like")
-    *first, last = re.sub(r"(?:with )?(E\d+) left out", r"without \1", why).split(", ")
-    return f"{', '.join(first)}, or {last}" if first else last
+    answer, _, reasons = why.partition(", but not ")
+    if not reasons:
+        return why.replace(
+            "with either signal sampling", "with the paper's signals as well as with exact ones"
+        )
+    listed = reasons.replace("with like for like", "if like is compared with like").split(", ")
+    cases = [reason for reason in listed if not reason.endswith(" left out")]
+    experiments = re.findall(r"(E\d+) left out", reasons)
+    if experiments:
+        *first, last = experiments
+        cases.append(f"if {', '.join(first)} or {last} is left out" if first else f"if {last} is left out")
+    return f"{answer}, but {'no' if answer == 'yes' else 'yes'} {', or '.join(cases)}"
 
 
 def _shortened(values: np.ndarray) -> Any:
