@@ -122,9 +122,9 @@ def contradicted(parts: Parts, estimate: Estimate) -> tuple[str, ...]:
     whole = Solution(
         theta=np.zeros(count + starts),
         residual=np.concatenate([here.residual, there.residual], axis=1),
-        jacobian=np.concatenate([before, after], axis=1),
         squares=here.squares + there.squares,
         prior=np.concatenate([here.prior, np.zeros(starts)]),
+        derivatives=lambda: np.concatenate([before, after], axis=1),
     )
     # The part fitted is at its minimum, so the slope is that of the part held out.
     step = inverse_curvature(whole) @ np.tensordot(after, there.residual, axes=([0, 1], [0, 1]))

@@ -7,8 +7,9 @@ the residual and from its auto- and cross-correlation, and the larger one is use
 from the standard error, a wide one from the profile of the sum of squares.
 """
 
-from collections.abc import Mapping
-from functools import lru_cache
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -107,16 +108,22 @@ class LeastSquares:
         return low, high
 
 
-class Solution(NamedTuple):
-    """Minimum of a sum of squares, on the scale of the search."""
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Sum of squares at parameters on the scale of the search; its derivatives are computed when used."""
 
     theta: np.ndarray  # parameters
     residual: np.ndarray  # by (channel, sample)
-    jacobian: np.ndarray  # by (channel, sample, parameter)
     squares: float  # sum of squared residuals and of the priors' terms
     prior: np.ndarray  # weights of the squared distances from the priors
+    derivatives: Callable[[], np.ndarray]
 
-    @property
+    @cached_property
+    def jacobian(self) -> np.ndarray:
+        """Derivatives of the computed values, by (channel, sample, parameter)."""
+        return self.derivatives()
+
+    @cached_property
     def curvature(self) -> np.ndarray:
         """Half the second derivative of the sum of squares (Gauss and Newton), by (parameter, parameter)."""
         J = self.jacobian.reshape(-1, len(self.theta))
@@ -153,28 +160,22 @@ def solve(
         theta = best.theta.copy()
         theta[free] += move
         theta = np.clip(theta, low, high)
-        squares = squares_at(problem, theta)
-        if not squares < best.squares:
+        trial = solution_at(problem, theta)
+        if not trial.squares < best.squares:
             damping *= 10
             continue
-        gained, damping = best.squares - squares, damping / 10
-        best = solution_at(problem, theta)
-        if gained < tolerance * squares:
+        gained, damping = best.squares - trial.squares, damping / 10
+        best = trial
+        if gained < tolerance * best.squares:
             break
     return best
 
 
-def squares_at(problem: LeastSquares, theta: np.ndarray) -> float:
-    """Sum of squared residuals and of the priors' terms."""
-    distance, weight = problem.prior_terms(theta)
-    return float(np.sum(problem.residual(theta) ** 2) + weight @ distance**2)
-
-
 def solution_at(problem: LeastSquares, theta: np.ndarray) -> Solution:
-    """Sum of squares with derivatives at given parameters."""
+    """Sum of squares at given parameters."""
     residual, (distance, weight) = problem.residual(theta), problem.prior_terms(theta)
     squares = float(np.sum(residual**2) + weight @ distance**2)
-    return Solution(theta, residual, problem.jacobian(theta), squares, weight)
+    return Solution(theta, residual, squares, weight, lambda: problem.jacobian(theta))
 
 
 def correlations(residual: np.ndarray) -> np.ndarray:

@@ -1,5 +1,7 @@
 """Error that is expected on a new run once the full order has been fitted to one record."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from pneumo.configuration.experiment import Experiment
@@ -33,9 +35,8 @@ def error_after_record(experiment: Experiment, known: Accuracy) -> float:
         return np.nan
     here, there = (solution_at(problem, at_truth(problem)) for problem in (fitted, rest))
     noise = np.random.default_rng(0).normal(0.0, NOISE / experiment.plant.conditions.P_s, here.residual.shape)
-    of_plant = [not name.startswith("offset") for name in rest.names]
-    there = there._replace(jacobian=there.jacobian * of_plant)
-    parts = Parts(fitted, rest, here._replace(residual=noise), there)
+    of_plant = there.jacobian * [not name.startswith("offset") for name in rest.names]
+    parts = Parts(fitted, rest, replace(here, residual=noise), replace(there, derivatives=lambda: of_plant))
     return float(rms_of_chambers(expected_error(parts, known, {**known, **dict.fromkeys(SENSORS, 0.0)})))
 
 

@@ -10,7 +10,7 @@ from pneumo.configuration.parameters import load, study
 from pneumo.configuration.priors import accuracy
 from pneumo.fitting.estimate import estimate, split_of
 from pneumo.fitting.fit_problem import Problem, fit, replayed_pressures, settled
-from pneumo.fitting.least_squares import covariances, expected_shifts, squares_at
+from pneumo.fitting.least_squares import covariances, expected_shifts, solution_at
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
 from pneumo.physics.models import FULL, MODELS
@@ -92,7 +92,7 @@ def test_what_a_record_leaves_open_is_as_configured_with_the_rest_fitted_so(tmp_
     assert found.values["k_0"] == configured.k_0
     fixed = {name: found.values[name] for name in found.held}
     rest = replace(problem, model=FULL._replace(wall=found.wall), fixed=fixed)
-    best, own = fit(rest, tolerance=1e-7), squares_at(rest, rest.inner(found.values))
+    best, own = fit(rest, tolerance=1e-7), solution_at(rest, rest.inner(found.values)).squares
     assert own < best.squares * 1.001
     assert found.low["k_xu"] <= found.values["k_xu"] <= found.high["k_xu"]
 
