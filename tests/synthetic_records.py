@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from pneumo.configuration.experiment import Drive, Plant
 from pneumo.physics.models import MODELS, lane, lane_array
-from pneumo.simulation.fitted_pressures import NODES, pressures_of_sets
+from pneumo.simulation.fitted_pressures import NODES, Inputs, pressures_of_sets
 from pneumo.simulation.full_order import equilibrium, run
 
 DEAD_FRACTION = draw.log_uniform(0.08, 0.3)  # dead volume over that of half the stroke
@@ -137,7 +137,7 @@ def reduced_pressures(
     motion = CubicHermiteSpline(t, states[:, 0], states[:, 1])
     at = t[:-1, None] + NODES * TRUTH_STEP
     command = np.broadcast_to(np.repeat(u, steps // len(u))[:, None], at.shape)
-    motions = np.stack([motion(at), motion.derivative()(at)], axis=-1)[None]
+    inputs = Inputs(command, np.stack([motion(at), motion.derivative()(at)], axis=-1), plant)
     row = lane_array([lane(MODELS[model], n, plant.gas.gamma)])
     start = np.full((1, 2), plant.conditions.P_0)
-    return pressures_of_sets(command, motions, row, np.array([V_d]), plant, TRUTH_STEP, 1, start)[0, 0]
+    return pressures_of_sets([inputs], np.zeros(1, int), row, np.array([V_d]), TRUTH_STEP, 1, start)[0]

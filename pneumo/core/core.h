@@ -48,9 +48,15 @@ typedef struct {
     double inputs[4]; /* at which they were computed */
 } Lanes;
 
+/* Signals of a fit's sets, by step and stage, and their plant; its flow's polynomial; the sets end before lane `end`. */
+typedef struct { const double *u, *P_s, *motion, *psi; int64_t terms, end; Plant plant; } Inputs;
+
 /* What the vector kernels need of a fit's sets of parameters beside `Lanes`. */
+enum { MOST_TERMS = 18 };
 typedef struct {
-    double volume_ratio[ROW], expansion[ROW], area[ROW]; /* at one stage */
+    double volume_ratio[ROW], expansion[ROW], ln_port[ROW], inward[ROW], outward[ROW], wall[ROW], wall_A[ROW]; /* at one stage */
+    double p_port[2][ROW], supplied[2][ROW], p_port_before[ROW]; /* `supplied` is 1 where the port is the supply's, else 0 */
+    double psi[MOST_TERMS][ROW], sonic[ROW], s_sonic[ROW]; /* of the inputs' gases */
     double inlet[ROW], exhaust[ROW]; /* temperature of the supply over T_0; exhaust over the plant's */
     double margin[2][ROW], reach[2][ROW], weight[2][ROW]; /* of a step that comes near the port's pressure */
     double beyond[2][ROW], T[2][ROW], rate_T[2][3][ROW];
@@ -74,9 +80,8 @@ void start_lanes(Lanes *W, const Lane *lanes, int64_t count, const Plant *plant)
 void replay_lanes(const Recording *recording, const Sampling *sampling, int64_t first, int64_t end, Lanes *W,
                   const double *psi, int terms, double *pressure);
 
-void replay_sets(const double *u, const double *motions, int64_t n_motions, int64_t steps, Lanes *W, Sets *X,
-                 int64_t width, bool full, double e_A, int64_t stride, const Plant *plant, double h,
-                 const double *psi, int terms, const double *P_s, double *pressure);
+void replay_sets(Inputs *inputs, int64_t count, int64_t steps, Lanes *W, Sets *X, bool full, int64_t stride, double h,
+                 double *pressure);
 void replay_flows(const double *motion, const double *flow, int64_t steps, const Lane *lanes, int64_t count,
                   const double *V_d, int64_t stride, const Plant *plant, double h, double *pressure);
 

@@ -37,14 +37,14 @@ from pneumo.quantities.table import (
     VALVE_CURVE,
     start_name,
 )
-from pneumo.simulation.fitted_pressures import pressures_of_sets, pressures_on_flows
+from pneumo.simulation.fitted_pressures import Inputs, pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
 ON_BOUND = 0.01  # of the distance between the bounds
 LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
-# Parameters that all sets of one replay have in common.
-OWN = ("T_in", "exhaust", "offset_A", "offset_B")
+# Parameters that all sets with the same inputs of a replay have in common.
+OWN = ("T_in", "exhaust", "offset_A", "offset_B", "skew", "filter")
 SHARED = tuple(name for name in (*VALVE, *ALSO) if name not in OWN)
 LEAKS = {"piston_leak", "valve_leak"}
 
@@ -190,8 +190,8 @@ def replayed_pressures(problem: Problem, thetas: np.ndarray) -> np.ndarray:
     """Pressures of a model with several sets of parameters, Pa, shape (set, chamber, samples).
 
     They are NaN after a pressure was not positive. `thetas`, shape (set, parameter), is on the scale of the
-    search. One replay takes all sets that differ only in n, k_xu, k_0, dead volumes, T_in, exhaust, first
-    pressures or first temperatures; sets that differ in `SHARED` parameters need another replay.
+    search. Sets that differ only in n, k_xu, k_0, dead volumes, T_in, exhaust, first pressures or first
+    temperatures have the same signals; those that differ in `SHARED` parameters have others.
     """
     signals, values = problem.signals, [problem.values(theta) for theta in thetas]
     parts: list[np.ndarray] = []
@@ -207,39 +207,48 @@ def _pressures_of_record(problem: Problem, values: list[dict[str, float]]) -> np
     signals, motion = problem.signals, problem.signals.motion
     lanes = lane_array([_lane(problem, value) for value in values])
     V_d, start = (np.array([[v[f"{key}_A"], v[f"{key}_B"]] for v in values]) for key in ("V_d", "start"))
-    steps = signals.h, signals.stride
     if signals.flow is not None:
-        inputs = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), *steps, start
-        return pressures_on_flows(motion, *inputs)
+        flows = signals.flow, lanes, V_d, problem.plant._replace(k_0=1.0), signals.h, signals.stride, start
+        return pressures_on_flows(motion, *flows)
+    sets = lanes, V_d, signals.h, signals.stride, start
     if problem.model.name != FULL_ORDER:
-        sets = lanes, V_d, problem.plant._replace(k_0=1.0), *steps, start
-        return pressures_of_sets(signals.u, motion[None], *sets, P_s=signals.P_s)[0]
+        only = Inputs(signals.u, motion, problem.plant._replace(k_0=1.0), signals.P_s)
+        return pressures_of_sets([only], np.zeros(len(values), int), *sets)
     start_T = np.array([[v["start_T_A"], v["start_T_B"]] for v in values])
     c, ratio = problem.plant.conditions, problem.plant.valve.exhaust
     T_in = np.array([value.get("T_in", c.T_in) for value in values])
     exhaust = np.array([value.get("exhaust", ratio) for value in values])
-    result = np.empty((len(values), *signals.P.shape))
-    alike: dict[tuple[float, ...], list[int]] = {}
+    inputs: list[Inputs] = []
+    inputs_of = np.zeros((2, len(values)), dtype=int)  # index in `inputs`, by chamber
+    of_shared: dict[tuple[float, ...], tuple[int, int]] = {}
     for i, value in enumerate(values):
-        alike.setdefault(tuple(value.get(name, np.nan) for name in SHARED), []).append(i)
-    for rows in alike.values():
-        value = values[rows[0]]
-        plant = with_causes(problem.plant, value)._replace(k_0=1.0)
-        u = behind_valve(signals.u, signals.h, value, signals.largest)
-        P_s = supply_at_valve(signals, u, plant, value)
-        sets = *steps, start[rows], start_T[rows], P_s, T_in[rows], exhaust[rows]
-        motions = motion[None]
-        if LEAKS & value.keys():
-            leaked = leaked_volume(signals, plant, value)
-            motions = np.array([with_leak(motion, plant, leaked, side) for side in range(2)])
-        both = pressures_of_sets(u, motions, lanes[rows], V_d[rows], plant, *sets)
-        A, B = both[0, :, 0], both[-1, :, 1]
-        if "C_B" in value:
-            of_B = plant._replace(valve=plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"]))
-            B = pressures_of_sets(u, motions[-1:], lanes[rows], V_d[rows], of_B, *sets)[0, :, 1]
-        P = np.stack([A, B], axis=1)
-        result[rows] = as_logged(P, signals.period, value)
-    return result + np.array([offsets(signals, value) for value in values])
+        shared = tuple(value.get(name, np.nan) for name in SHARED)
+        if shared not in of_shared:
+            of_chambers = _inputs_of_chambers(problem, value)
+            inputs += of_chambers
+            of_shared[shared] = len(inputs) - len(of_chambers), len(inputs) - 1
+        inputs_of[:, i] = of_shared[shared]
+    P = pressures_of_sets(inputs, inputs_of[0], *sets, start_T, T_in, exhaust)
+    if np.any(inputs_of[1] != inputs_of[0]):
+        P[:, 1] = pressures_of_sets(inputs, inputs_of[1], *sets, start_T, T_in, exhaust)[:, 1]
+    logged = [as_logged(one, signals.period, value) for one, value in zip(P, values, strict=True)]
+    return np.array(logged) + np.array([offsets(signals, value) for value in values])
+
+
+def _inputs_of_chambers(problem: Problem, value: dict[str, float]) -> list[Inputs]:
+    """Signals and plant of the full order with parameters in SI units: those of A and B, or of both."""
+    signals = problem.signals
+    plant = with_causes(problem.plant, value)._replace(k_0=1.0)
+    u = behind_valve(signals.u, signals.h, value, signals.largest)
+    of_A = of_B = Inputs(u, signals.motion, plant, supply_at_valve(signals, u, plant, value))
+    if LEAKS & value.keys():
+        leaked = leaked_volume(signals, plant, value)
+        moved = [with_leak(signals.motion, plant, leaked, side) for side in range(2)]
+        of_A, of_B = (of_A._replace(motion=motion) for motion in moved)
+    if "C_B" in value:
+        valve = plant.valve._replace(k_xu=plant.valve.k_xu * value["C_B"])
+        of_B = of_B._replace(plant=plant._replace(valve=valve))
+    return [of_A] if of_B is of_A else [of_A, of_B]
 
 
 def _lane(problem: Problem, value: dict[str, float]) -> Lane:

@@ -30,7 +30,7 @@ from pneumo.physics.models import MODELS, Lane, full_order_lane, lane, lane_arra
 from pneumo.physics.valve import Conditions, Gas, Valve, choked_flow, limited
 from pneumo.simulation import polynomials
 from pneumo.simulation.excitation import command
-from pneumo.simulation.fitted_pressures import pressures_of_sets
+from pneumo.simulation.fitted_pressures import Inputs, pressures_of_sets
 from pneumo.simulation.full_order import equilibrium, record, run
 from pneumo.simulation.replay import replay_one_by_one
 from pneumo.testing import plants
@@ -117,9 +117,9 @@ SHORT = record(lasting("E06", 0.02))
 LANES = lane_array([lane(MODELS["M8"], 1.2, 1.4), full_order_lane(1.4)])
 
 
-def sets(count):
-    u, motions, V_d = np.zeros((2, 3)), np.zeros((1, 2, 3, 2)), np.full((count, 2), 1e-5)
-    return u, motions, np.tile(LANES[0], (count, 1)), V_d, SHORT.plant, 1e-3, 1, np.full((count, 2), 5e5)
+def sets(**change):
+    inputs = Inputs(np.zeros((2, 3)), np.zeros((2, 3, 2)), SHORT.plant)._replace(**change)
+    return [inputs], np.zeros(1, int), LANES[:1], np.full((1, 2), 1e-5), 1e-3, 1, np.full((1, 2), 5e5)
 
 
 UNREADABLE = [
@@ -141,7 +141,8 @@ UNREADABLE = [
     *((replay_one_by_one, SHORT, LANES, Sampling(every=every)) for every in (0, 2**40)),
     (core.array, "P", None, (None,)),
     (replay_one_by_one, SHORT, LANES, Sampling(delay=(np.nan, 0.0, 0.0))),
-    (pressures_of_sets, *sets(core.lib.ROW + 1)),
+    (pressures_of_sets, *sets(motion=np.zeros((3, 3, 2)))),
+    (pressures_of_sets, *sets(P_s=np.zeros((1, 3)))),
 ]
 
 

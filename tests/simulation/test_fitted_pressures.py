@@ -10,13 +10,34 @@ from scipy.integrate import solve_ivp
 from pneumo.physics.cylinder import Chamber, Side, chamber_of
 from pneumo.physics.models import MODELS, lane, lane_array
 from pneumo.physics.valve import exact_gas
-from pneumo.simulation.fitted_pressures import NODES, pressures_of_sets, pressures_on_flows
+from pneumo.simulation.fitted_pressures import NODES, Inputs, pressures_of_sets, pressures_on_flows
 
 LENGTH = 0.3  # s
 V_D = np.array([[8e-6, 12e-6], [10e-6, 10e-6], [3e-5, 2e-6]])  # m^3, by set and chamber
 START = np.array([[5e5, 4e5], [3e5, 6e5], [2e5, 2.2e5]])  # Pa
 START_T = np.array([[293.0, 300.0], [280.0, 285.0], [310.0, 270.0]])  # K
 MOTIONS = (1.0, 1.02)  # of `position`
+
+
+def on_motions(u, motions, lanes, V_d, plant, h, stride, start, start_T=None, *, P_s=None, **of_sets):
+    """Pressures of all sets of parameters on each motion, shape (motion, set, chamber, step)."""
+    inputs = [Inputs(u, motion, plant, P_s) for motion in motions]
+
+    def each(values):
+        return None if values is None else np.concatenate([values] * len(motions))
+
+    P = pressures_of_sets(
+        inputs,
+        np.repeat(range(len(motions)), len(lanes)),
+        each(lanes),
+        each(V_d),
+        h,
+        stride,
+        each(start),
+        each(start_T),
+        **{name: each(values) for name, values in of_sets.items()},
+    )
+    return P.reshape(len(motions), len(lanes), *P.shape[1:])
 
 
 def command(t):
@@ -65,7 +86,7 @@ def test_reduced_models_are_those_of_the_readable_equations(plant, model, b):
         plant = plant._replace(gas=plant.gas._replace(critical_ratio=b, elliptic=True))
     u, motions = signals(5e-4)
     rows = [lane(MODELS[model], n, plant.gas.gamma) for n in (1.0, 1.2, 1.35)]
-    pressures = pressures_of_sets(u, motions, lane_array(rows), V_D, plant, 5e-4, 1, START)
+    pressures = on_motions(u, motions, lane_array(rows), V_D, plant, 5e-4, 1, START)
     assert pressures.shape == (2, 3, 2, 601)
     np.testing.assert_array_equal(pressures[..., 0], [START] * 2)
     for i, row in enumerate(rows):
@@ -81,7 +102,7 @@ def full_order(plant, h, stride):
     gamma = plant.gas.gamma
     row = lane(MODELS["M10"], 1.0, gamma)._replace(a=0.0)
     u, motions = signals(h)
-    return pressures_of_sets(u, motions, lane_array([row] * 3), V_D, plant, h, stride, START, START_T)
+    return on_motions(u, motions, lane_array([row] * 3), V_D, plant, h, stride, START, START_T)
 
 
 def test_full_order_chambers_are_those_of_the_readable_equations_at_third_order(plant):
@@ -123,7 +144,7 @@ def test_a_chamber_that_leaves_the_positive_numbers_is_nan_and_its_neighbours_go
     u, motions = signals(5e-4)
     rows = lane_array([lane(MODELS["M3"], 1.0, plant.gas.gamma)] * 3)
     rows[1, 0] = 1e5  # an expansion that no step can follow
-    pressures = pressures_of_sets(u, motions, rows, V_D, plant, 5e-4, 1, START)
+    pressures = on_motions(u, motions, rows, V_D, plant, 5e-4, 1, START)
     assert np.isnan(pressures[:, 1, :, -1]).all() and np.isfinite(pressures[:, [0, 2]]).all()
 
 
@@ -135,7 +156,7 @@ def test_a_supply_that_sags_is_followed(plant):
 
     u, motions = signals(h)
     P_s = supply(h * (np.arange(len(u))[:, None] + NODES))
-    pressures = pressures_of_sets(u, motions, lane_array([row]), V_D[:1], plant, h, 1, START[:1], P_s=P_s)
+    pressures = on_motions(u, motions, lane_array([row]), V_D[:1], plant, h, 1, START[:1], P_s=P_s)
     for i, size in enumerate(MOTIONS):
 
         def rate(t, P, size=size):
@@ -158,7 +179,7 @@ def test_gas_that_enters_a_chamber_at_supply_pressure_brings_its_temperature(pla
     motion = np.stack([x, np.where(charging, v, 0.0 * at)], axis=-1)
     u = np.where(charging, 5.0, -0.5 + 0.0 * at)
     row = lane_array([lane(MODELS["M10"], 1.0, plant.gas.gamma)._replace(a=0.0)])
-    pressures = pressures_of_sets(
+    pressures = on_motions(
         u, motion[None], row, V_D[:1], plant, h, 1, np.array([[6e5, 2e5]]), np.full((1, 2), 293.0)
     )
     y = np.array([6e5, 293.0])
@@ -181,7 +202,7 @@ def test_gas_that_a_piston_pushes_out_through_a_wide_valve_stays_just_above_the_
     motion, row = np.stack([0.02 + v * at, v + 0.0 * at], axis=-1), lane(MODELS["M10"], 1.0, plant.gas.gamma)
     start, start_T = np.full((3, 2), 1.02 * P_port), np.full((3, 2), 400.0)  # far from T_0
     rows = lane_array([row._replace(a=0.0)] * 3)
-    pressures = pressures_of_sets(u + 0.0 * at, motion[None], rows, V_D, plant, h, 1, start, start_T)
+    pressures = on_motions(u + 0.0 * at, motion[None], rows, V_D, plant, h, 1, start, start_T)
     late = h * np.arange(steps // 2, steps + 1)
     for i in range(3):
 
@@ -206,13 +227,13 @@ def test_supply_temperature_and_exhaust_of_a_set_are_those_of_a_plant_that_has_t
     row = lane_array([lane(MODELS[name], 1.2, plant.gas.gamma)] * 2)
     inputs, starts = (u, motions, row, V_D[:2]), (5e-4, 1, START[:2], START_T[:2] if full else None)
     T_in, exhaust = np.array([330.0, 280.0]), np.array([0.7, 1.4])
-    together = pressures_of_sets(*inputs, plant, *starts, T_in=T_in, exhaust=exhaust)
+    together = on_motions(*inputs, plant, *starts, T_in=T_in, exhaust=exhaust)
     for i in range(2):
         conditions = plant.conditions._replace(T_in=T_in[i])
         own = plant._replace(conditions=conditions, valve=plant.valve._replace(exhaust=exhaust[i]))
-        expected = pressures_of_sets(*inputs, own, *starts)[:, i]
+        expected = on_motions(*inputs, own, *starts)[:, i]
         np.testing.assert_allclose(together[:, i], expected, rtol=1e-10)
-    assert np.abs(together[:, 0] / pressures_of_sets(*inputs, plant, *starts)[:, 0] - 1).max() > 0.01
+    assert np.abs(together[:, 0] / on_motions(*inputs, plant, *starts)[:, 0] - 1).max() > 0.01
 
 
 def full_order_rows(plant, count):
@@ -229,7 +250,7 @@ def test_a_set_notices_neither_others_that_meet_their_port_nor_how_many_there_ar
     def replayed(sets):
         rows, V_d = full_order_rows(plant, len(sets)), np.full((len(sets), 2), 3e-5)
         T = np.full((len(sets), 2), 293.0)
-        return pressures_of_sets(u, rest, rows, V_d, plant, 1e-3, 1, start[sets], T)[0]
+        return on_motions(u, rest, rows, V_d, plant, 1e-3, 1, start[sets], T)[0]
 
     together = replayed(np.arange(count))
     for i in (0, 4, 8):
@@ -244,7 +265,7 @@ def test_a_pressure_depends_smoothly_on_how_near_the_port_it_starts(plant):
     start = np.tile(plant.conditions.P_s * np.linspace(0.9, 0.99, count)[:, None], 2)
     u, rest = np.full((1, 3), 5.0), np.full((1, 1, 3, 2), [0.02, 0.0])
     V_d, T = np.full((count, 2), 3e-5), np.full((count, 2), 293.0)
-    end = pressures_of_sets(u, rest, full_order_rows(plant, count), V_d, plant, 1e-3, 1, start, T)[0, :, 0, 1]
+    end = on_motions(u, rest, full_order_rows(plant, count), V_d, plant, 1e-3, 1, start, T)[0, :, 0, 1]
     # Steps are explicit at first and implicit at last; less and less of a difference is left, without a jump.
     slope = np.diff(end) / np.diff(start[:, 0])
     assert np.all(np.diff(slope) < 0) and slope[-1] < 0.6 * slope[0]
@@ -257,7 +278,7 @@ def test_a_step_to_just_below_zero_pressure_has_failed(plant, z):
     V = V_D[0, 0] + c.A_A * c.stroke / 2
     motion = np.full((1, 1, 3, 2), [0.0, -z * V / (plant.gas.gamma * c.A_A * h)])
     rows, shut = lane_array([lane(MODELS["M3"], 1.0, plant.gas.gamma)]), np.zeros((1, 3))
-    by_valve = pressures_of_sets(shut, motion, rows, V_D[:1], plant, h, 1, START[:1])[0, 0, 0, 1]
+    by_valve = on_motions(shut, motion, rows, V_D[:1], plant, h, 1, START[:1])[0, 0, 0, 1]
     by_flow = pressures_on_flows(motion[0], np.zeros((1, 3, 2)), rows, V_D[:1], plant, h, 1, START[:1])[
         0, 0, 1
     ]
@@ -271,6 +292,30 @@ def test_more_replays_than_the_work_array_holds_are_made_in_turn(plant):
     motions = np.concatenate([motions, 0.9 * motions[:1]])
     rows = lane_array([lane(MODELS["M8"], n, plant.gas.gamma) for n in np.linspace(1.0, 1.4, count)])
     fixed = np.tile(V_D[:1], (count, 1)), plant, 5e-4, 1, np.tile(START[:1], (count, 1))
-    together = pressures_of_sets(u, motions, rows, *fixed)
+    together = on_motions(u, motions, rows, *fixed)
     for i in range(3):
-        np.testing.assert_array_equal(together[i], pressures_of_sets(u, motions[i : i + 1], rows, *fixed)[0])
+        np.testing.assert_array_equal(together[i], on_motions(u, motions[i : i + 1], rows, *fixed)[0])
+
+
+@pytest.mark.parametrize("full", [True, False])
+def test_sets_with_inputs_of_their_own_have_the_pressures_of_each_alone(plant, full):
+    u, motions = signals(5e-4)
+    valve, c, gas = plant.valve, plant.conditions, plant.gas
+    inputs = [
+        Inputs(u, motions[0], plant),
+        Inputs(-u, motions[1], plant._replace(conditions=c._replace(P_s=1.1 * c.P_s, P_atm=0.9 * c.P_atm))),
+        Inputs(u - 0.5, motions[0], plant._replace(valve=valve._replace(k_xu=3 * valve.k_xu, exhaust=0.7))),
+        Inputs(u, motions[1], plant._replace(gas=gas._replace(critical_ratio=0.3, elliptic=True))),
+        Inputs(u, motions[0], plant._replace(conditions=c._replace(T_in=330.0)), c.P_s + 1e4 * u),
+    ]
+    inputs_of = np.arange(20) * 7 % 5  # in no order
+    rows = lane_array([lane(MODELS["M8"], n, gas.gamma) for n in np.linspace(1.1, 1.4, 20)])
+    V_d, start, start_T = (np.resize(values, (20, 2)) for values in (V_D, START, START_T))
+    first = start, start_T if full else None
+    together = pressures_of_sets(inputs, inputs_of, rows, V_d, 5e-4, 1, *first)
+    for i in range(20):
+        one = slice(i, i + 1)
+        alone = start[one], start_T[one] if full else None
+        only = [inputs[inputs_of[i]]]
+        P = pressures_of_sets(only, np.zeros(1, int), rows[one], V_d[one], 5e-4, 1, *alone)
+        np.testing.assert_allclose(together[i], P[0], rtol=1e-13)  # one factor is rounded differently
