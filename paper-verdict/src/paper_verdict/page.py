@@ -160,7 +160,7 @@ def _words(verdict: Mapping[str, Any]) -> str:
     if judged < count:
         set_up = sum(place["set_up"] for place in verdict["places"])
         kind = "are inputs, which cannot fail" if set_up == count - judged else "are inputs or were not run"
-        left = f"; the other {count - judged} {kind}"
+        left = f"; the others {kind}"
     scatter = ""
     if headline["statuses"][SCATTER]:
         scatter = " Numbers outside their tolerance still agree if other random numbers change them as much."
