@@ -5,7 +5,7 @@ flows): measured minus replayed pressure is the model's error and the noise (out
 a dead volume, since hoses differ.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from operator import attrgetter
@@ -141,29 +141,29 @@ class Problem(LeastSquares):
         centres = [self.scales[n].inner(known[n].centre) if n in known else 0.0 for n in self.names]
         return theta - centres, np.array([known[n].weight if n in known else 0.0 for n in self.names])
 
-    def residual(self, theta: np.ndarray) -> np.ndarray:
-        """Measured minus replayed pressures in units of P_s, shape (chamber, sample)."""
-        P = replayed_pressures(self, theta[None])[0]
-        residual = self.signals.residual(P) / self.plant.conditions.P_s
-        return np.where(np.isfinite(residual), residual, OFF)
+    def around(self, theta: np.ndarray) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
+        """Residual in units of P_s, and a function that returns the derivatives of the replayed pressures.
 
-    def jacobian(self, theta: np.ndarray) -> np.ndarray:
-        """Derivative of the replayed pressures in units of P_s, shape (chamber, sample, parameter).
-
-        As of any `LeastSquares`, but one replay varies the same parameter of both chambers. It is zero where
-        there is no replay.
+        As of any `LeastSquares`, but one replay has all sets of parameters, and varies the same parameter of
+        both chambers. Derivatives are zero where there is no replay.
         """
         low, high = self.bounds()
         steps = np.where(theta - low > high - theta, -SLOPE_STEP, SLOPE_STEP)
         stems = [name.removesuffix("_A").removesuffix("_B") for name in self.names]
         varied = np.array([[other == stem for other in stems] for stem in dict.fromkeys(stems)])
-        thetas = np.vstack([theta, theta + steps * varied])
-        here, *others = replayed_pressures(self, thetas) / self.plant.conditions.P_s
-        # No pressure of A depends on a parameter of B, and conversely.
-        of_chamber = np.array([[not name.endswith(f"_{other}") for name in self.names] for other in "BA"])
-        slopes = (np.array(others) - here)[varied.argmax(axis=0)] / steps[:, None, None]
-        result = np.moveaxis(slopes, 0, -1) * of_chamber[:, None] * self.signals.used[..., None]
-        return np.nan_to_num(result, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+        P = replayed_pressures(self, np.vstack([theta, theta + steps * varied]))
+        residual = self.signals.residual(P[0]) / self.plant.conditions.P_s
+
+        def derivatives() -> np.ndarray:
+            here, *others = P / self.plant.conditions.P_s
+            slopes = (np.array(others) - here)[varied.argmax(axis=0)] / steps[:, None, None]
+            # No pressure of A depends on a parameter of B, and conversely.
+            of_chamber = np.array([[not name.endswith(f"_{other}") for name in self.names] for other in "BA"])
+            used = of_chamber[:, None] & self.signals.used[..., None]
+            result = np.multiply(np.moveaxis(slopes, 0, -1), used, order="C")
+            return np.nan_to_num(result, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+
+        return np.where(np.isfinite(residual), residual, OFF), derivatives
 
     def at_bound(self, theta: np.ndarray) -> tuple[str, ...]:
         """Names of the parameters on a bound of the search; a lag, dead band or leak of zero is normal."""

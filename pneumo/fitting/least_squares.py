@@ -88,16 +88,17 @@ class LeastSquares:
         """Distances from the priors' centres, and weights of their squares; here without any weight."""
         return theta, np.zeros(len(theta))
 
-    def jacobian(self, theta: np.ndarray) -> np.ndarray:
-        """Derivative of the computed values, shape (channel, sample, parameter).
-
-        It is by one-sided differences, away from the nearer bound.
-        """
+    def around(self, theta: np.ndarray) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
+        """Residual, and a function that returns what `Solution.jacobian` is, by one-sided differences."""
         low, high = self.bounds()
         steps = np.where(theta - low > high - theta, -self.slope_step, self.slope_step)
         here, changed = self.residual(theta), theta + np.diag(steps)
-        columns = [(here - self.residual(row)) / size for row, size in zip(changed, steps, strict=True)]
-        return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
+
+        def derivatives() -> np.ndarray:
+            columns = [(here - self.residual(row)) / size for row, size in zip(changed, steps, strict=True)]
+            return np.stack(columns, axis=-1) if columns else np.empty((*here.shape, 0))
+
+        return here, derivatives
 
     def intervals(self, best: "Solution", both: np.ndarray) -> tuple[dict[str, float], dict[str, float]]:
         """Lower and upper ends of the parameters' intervals, SI units, NaN where open."""
@@ -173,9 +174,10 @@ def solve(
 
 def solution_at(problem: LeastSquares, theta: np.ndarray) -> Solution:
     """Sum of squares at given parameters."""
-    residual, (distance, weight) = problem.residual(theta), problem.prior_terms(theta)
+    distance, weight = problem.prior_terms(theta)
+    residual, derivatives = problem.around(theta)
     squares = float(np.sum(residual**2) + weight @ distance**2)
-    return Solution(theta, residual, squares, weight, lambda: problem.jacobian(theta))
+    return Solution(theta, residual, squares, weight, derivatives)
 
 
 def correlations(residual: np.ndarray) -> np.ndarray:

@@ -41,6 +41,9 @@ class Decay(NamedTuple):
     def residual(self, theta):
         return self.y - self.computed(theta)
 
+    def around(self, theta):
+        return self.residual(theta), lambda: self.jacobian(theta)
+
     def jacobian(self, theta):
         first = self.computed(theta)[0]
         J = np.zeros((*self.y.shape, 3))
