@@ -38,7 +38,6 @@ from pneumo.fitting.record.joined_records import joined
 from pneumo.fitting.record.measurement import Measurement, read_measurement
 from pneumo.fitting.settings import FEWEST_SAMPLES, MOST_STEPS, PART
 from pneumo.fitting.stage_signals import steps_between_samples
-from pneumo.notebook.export_model import export_model
 from pneumo.physics.models import MODELS
 from pneumo.publish.figures.fit_figures import residual_figure
 from pneumo.publish.pages.fit_page import fit_page
@@ -144,6 +143,8 @@ class RecordFit:
 
         `name` is the option ``--name``: names in the code begin with it.
         """
+        from pneumo.notebook.export_model import export_model  # with SymPy, which takes half a second
+
         with TemporaryDirectory() as folder:
             text = Path(folder, "fitted.yaml")
             text.write_text(self._fitted(), encoding="utf-8")

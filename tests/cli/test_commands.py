@@ -29,6 +29,13 @@ def test_commands_that_compute_nothing_load_no_scipy(arguments):
     assert {"typer"} == {"typer", "scipy", "xarray"} & set(done.stdout.splitlines()[-1].split())
 
 
+def test_fits_load_no_sympy():
+    code = (
+        "import sys; import pneumo.notebook.record_fit; print('scipy' in sys.modules, 'sympy' in sys.modules)"
+    )
+    assert subprocess.check_output([sys.executable, "-c", code], text=True, cwd=ROOT) == "True False\n"
+
+
 @pytest.mark.parametrize(
     ("arguments", "unneeded"),
     [
