@@ -8,46 +8,45 @@ from pneumo.errors import InputError
 from pneumo.fitting.fit_problem import Problem, fit
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.settings import BETTER
-from pneumo.fitting.stage_signals import stage_signals
+from pneumo.fitting.stage_signals import StageSignals, stage_signals
 from pneumo.physics.models import MODELS
 
 SECONDS = 4.0  # of the record are enough to see a mistake
 MODEL, INDEX = "M6", 1.2  # needs no k_0
 
 
-def corrected(m: Measurement, P_atm: float) -> dict[str, Measurement]:
-    """Measurements corrected for one mistake each, by the message that names it."""
+def corrected(s: StageSignals, P_atm: float) -> dict[str, StageSignals]:
+    """Signals corrected for one mistake each, by the message that names it."""
     sign = "seems to have the wrong sign:"
     result = {
-        "columns P_A and P_B look swapped (or u and x both have the wrong sign)": m._replace(P=m.P[::-1]),
-        f"column x {sign} chamber A is largest where x is": m._replace(x=-m.x),
+        "columns P_A and P_B look swapped (or u and x both have the wrong sign)": s._replace(P=s.P[::-1]),
+        f"column x {sign} chamber A is largest where x is": s._replace(motion=-s.motion),
     }
-    if m.m is None:
-        result[f"column u {sign} positive connects chamber A to the supply"] = m._replace(u=-m.u)
+    if s.flow is None:
+        result[f"column u {sign} positive connects chamber A to the supply"] = s._replace(u=-s.u)
     else:
-        flows = "columns m_A and m_B"
-        result[f"{flows} seem to have the wrong sign: positive flows into the chamber"] = m._replace(m=-m.m)
-        result[f"{flows} look swapped"] = m._replace(m=m.m[::-1])
+        opposite = "seem to have the wrong sign: positive flows into the chamber"
+        result[f"columns m_A and m_B {opposite}"] = s._replace(flow=-s.flow)
+        result["columns m_A and m_B look swapped"] = s._replace(flow=s.flow[..., ::-1])
     gauge = (
         "columns P_A and P_B seem to be gauge pressures (write their unit as bar(g) or kPa(g)),"
         " or P_s_Pa is an atmosphere too high"
     )
-    return result | {gauge: m._replace(P=m.P + P_atm)}
+    return result | {gauge: s._replace(P=s.P + P_atm)}
 
 
-def quick_fit_error(measurement: Measurement, plant: Plant, command: Sampling) -> float:
+def quick_fit_error(signals: StageSignals, plant: Plant) -> float:
     """Root mean square error of a quick fit of valve coefficient and dead volumes, Pa."""
-    m = measurement.part(0, round(SECONDS / measurement.period))
-    problem = Problem(MODELS[MODEL], plant, stage_signals(m, plant, command), {"n": INDEX})
-    quick = fit(problem, tolerance=1e-3, most=8)
+    quick = fit(Problem(MODELS[MODEL], plant, signals, {"n": INDEX}), tolerance=1e-3, most=8)
     return plant.conditions.P_s * float(np.sqrt(np.mean(quick.residual**2)))
 
 
 def mistake(measurement: Measurement, plant: Plant, *, command: Sampling = HELD) -> str:
     """Sentence on the likeliest mistake in the columns; empty if no correction makes the fit far better."""
-    as_given = quick_fit_error(measurement, plant, command)
-    candidates = corrected(measurement, plant.conditions.P_atm).items()
-    error, best = min((quick_fit_error(right, plant, command), text) for text, right in candidates)
+    signals = stage_signals(measurement.part(0, round(SECONDS / measurement.period)), plant, command)
+    as_given = quick_fit_error(signals, plant)
+    candidates = corrected(signals, plant.conditions.P_atm).items()
+    error, best = min((quick_fit_error(right, plant), text) for text, right in candidates)
     if error >= BETTER * as_given:
         return ""
     return (
