@@ -5,6 +5,11 @@
 #define PNEUMO_LANES_H
 #include "rates.h"
 
+/* Copy a row, of which lanes beyond `n` are not used. */
+INLINE void copy_row(double *restrict to, const double *restrict from, int64_t n) {
+    for (int64_t i = 0; i < n; i++) to[i] = from[i];
+}
+
 /* Terms of the pressure rate at one stage that are the same for all lanes of a chamber. */
 typedef struct { double p_port, ln_port, inward, outward, compression, wall, wall_A; bool supplied; } Shared;
 

@@ -41,7 +41,7 @@ void start_lanes(Lanes *W, const Lane *lanes, int64_t count, const Plant *plant)
 INLINE void advance(Lanes *W, double inputs[7][4], double h, const Constants *k, int terms) {
     const int64_t n = W->count;
     int first = W->fresh && memcmp(W->inputs, inputs[0], sizeof W->inputs) == 0;
-    for (int side = 0; first && side < 2; side++) memcpy(W->k[side][0], W->k[side][6], sizeof W->k[side][0]);
+    for (int side = 0; first && side < 2; side++) copy_row(W->k[side][0], W->k[side][6], n);
     for (int j = first; j < STAGES; j++)
         for (int side = 0; side < 2; side++) { /* neither waits for the other, so the processor works on both */
             double(*restrict K)[ROW] = W->k[side], *restrict now = W->now[side], *restrict p = W->p;
@@ -97,7 +97,7 @@ INLINE void estimate_errors(Lanes *W, double inputs[7][4], double h, bool near_p
     const int64_t n = W->count;
     for (int side = 0; side < 2; side++) {
         double(*restrict K)[ROW] = W->k[side], *restrict largest = W->largest[side], sign = sign_of(side);
-        memcpy(W->p, W->now[side], sizeof W->p);
+        copy_row(W->p, W->now[side], n);
         Shared sh = shared_terms(side ? inputs[6][3] : inputs[6][0], sign * inputs[6][1], sign * inputs[6][2], side, k);
         write_rates(W, K[6], sh, k, terms);
         for (int64_t i = 0; i < n; i++) {
@@ -143,13 +143,15 @@ INLINE void replay_steps(const Recording *r, const Sampling *sampling, int64_t f
         for (;; halvings++) {
             int parts = 1 << halvings;
             if (most > 0) {
-                memcpy(W->now, W->before, sizeof W->now);
-                memset(W->largest, 0, sizeof W->largest);
+                for (int side = 0; side < 2; side++) {
+                    copy_row(W->now[side], W->before[side], n);
+                    for (int64_t i = 0; i < n; i++) W->largest[side][i] = 0;
+                }
                 if (halvings > begun) W->fresh = 0;
             }
             for (int part = 0; part < parts; part++) {
                 const bool near_port = stage_inputs(r, sampling, step, part, parts, y, inputs);
-                if (near_port) memcpy(W->start, W->now, sizeof W->now);
+                for (int side = 0; near_port && side < 2; side++) copy_row(W->start[side], W->now[side], n);
                 advance(W, inputs, r->h / parts, k, terms);
                 if (near_port) repeat_near_port(W, inputs, r->h / parts, k, terms);
                 if (most > 0) estimate_errors(W, inputs, r->h / parts, near_port, k, terms);
@@ -158,7 +160,7 @@ INLINE void replay_steps(const Recording *r, const Sampling *sampling, int64_t f
             if (!keep_accurate(W, tolerance) || halvings >= most) break;
         }
         if (most > 0) {
-            memcpy(W->now, W->after, sizeof W->now);
+            for (int side = 0; side < 2; side++) copy_row(W->now[side], W->after[side], n);
             if (halvings > begun) W->fresh = 0; /* some lanes kept an earlier result */
         }
         for (int side = 0; side < 2; side++) {
