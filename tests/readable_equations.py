@@ -4,15 +4,7 @@ import numpy as np
 from scipy.integrate import RK45
 
 from pneumo.physics.chamber import dT_dt, wall_conductance, wall_heat
-from pneumo.physics.cylinder import (
-    Side,
-    acceleration,
-    chamber_of,
-    heat_area,
-    motion,
-    stopped,
-    volume,
-)
+from pneumo.physics.cylinder import Side, acceleration, chamber_of, heat_area, motion, stopped, volume
 from pneumo.physics.models import full_order_lane, model_dP_dt, temperature
 from pneumo.physics.valve import chamber_flows, limited
 from pneumo.simulation.excitation import command

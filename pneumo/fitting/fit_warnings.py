@@ -31,15 +31,7 @@ from pneumo.fitting.settings import (
     VAGUE,
 )
 from pneumo.physics.models import FULL
-from pneumo.quantities.table import (
-    CAUSES,
-    CHOICES,
-    PARAMETERS,
-    QUANTITIES,
-    STARTS,
-    VALVE_CURVE,
-    of_group,
-)
+from pneumo.quantities.table import CAUSES, CHOICES, PARAMETERS, QUANTITIES, STARTS, VALVE_CURVE, of_group
 
 CLOSED_TEST = "take k_0 from a closed-chamber test (pneumo fit --closed)"
 UNTRUSTED = "do not trust these parameters"

@@ -69,11 +69,7 @@ class WallLaw(NamedTuple):
 
 EQ_8 = WallLaw()
 # Names of the laws of a full order's wall in a configuration.
-FULL_ORDER_WALLS: dict[str, Wall] = {
-    "area_PT": "lambda A_q",
-    "area": "lambda_0 A_q",
-    "constant": "k_0",
-}
+FULL_ORDER_WALLS: dict[str, Wall] = {"area_PT": "lambda A_q", "area": "lambda_0 A_q", "constant": "k_0"}
 
 
 def wall_law(wall: Wall) -> WallLaw:

@@ -170,10 +170,7 @@ def test_an_export_names_its_files_states_and_inputs_and_how_to_test_it(inside, 
         (["export", "m8", "--n", 1.35, "--to", "matlab"], "model 'm8': no such model; there are M1, M2"),
         (["fit", "a.csv", "--model", "M7", "--model", "m8"], "model 'm8': no such model; there are M1, M2"),
         (["linearise", "Full", *AT], "model 'Full': no such model; there are M1, M2"),
-        (
-            ["linearise", "M99", *AT],
-            f"no such model; there are {', '.join(MODELS)}, full",
-        ),
+        (["linearise", "M99", *AT], f"no such model; there are {', '.join(MODELS)}, full"),
     ],
 )
 def test_an_index_without_use_and_a_name_in_small_letters_are_refused(arguments, words, inside):

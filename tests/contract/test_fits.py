@@ -7,11 +7,7 @@ import pytest
 from contract.fit_cases import CASES, TABLE
 
 ACCEPTED = {row.pop("case"): row for row in map(json.loads, TABLE.read_text(encoding="utf-8").splitlines())}
-BRIEF = {
-    "fit undisturbed 5",
-    "fit unit",
-    "closed held",
-}
+BRIEF = {"fit undisturbed 5", "fit unit", "closed held"}
 IN_CI = {
     "fit undisturbed 3",
     "fit lag5",

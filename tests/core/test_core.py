@@ -14,13 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from paper_study import STUDY, lasting
-from readable_equations import (
-    E,
-    chamber_rates,
-    dormand_prince,
-    full_order_rates,
-    full_order_step,
-)
+from readable_equations import E, chamber_rates, dormand_prince, full_order_rates, full_order_step
 
 import pneumo.core as core
 from pneumo.configuration.experiment import Drive, Plant

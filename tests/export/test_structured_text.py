@@ -82,8 +82,7 @@ def test_steps_of_a_second_are_those_of_python(plant):
 
 
 @pytest.mark.parametrize(
-    "wrong",
-    [{"p_a_start": -1.0}, {"p_b_start": math.nan}, {"x": -0.06}, {"x": math.nan}, {"h": -1.0}],
+    "wrong", [{"p_a_start": -1.0}, {"p_b_start": math.nan}, {"x": -0.06}, {"x": math.nan}, {"h": -1.0}]
 )
 def test_a_step_that_cannot_be_made_says_so_and_leaves_the_state(wrong, plant):
     """A root of a negative number or a division by zero may stop a controller."""

@@ -5,11 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pneumo.fitting.fit_result import (
-    Estimate,
-    FitResult,
-    fit_data,
-)
+from pneumo.fitting.fit_result import Estimate, FitResult, fit_data
 from pneumo.fitting.lights import light_and_reason, within_commands
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.statistics.intervals import Interval

@@ -11,15 +11,7 @@ from pneumo.selection.cylinder_ranking import run_study, selected
 from pneumo.selection.cylinder_template import write_table_template
 from pneumo.selection.error_budget import FULL_ORDER
 from pneumo.storage.files import write
-from workflow.jobs.fleet import (
-    CELLS,
-    DRAWS,
-    RANKED,
-    fleet_index,
-    run_block,
-    studies_of,
-    together,
-)
+from workflow.jobs.fleet import CELLS, DRAWS, RANKED, fleet_index, run_block, studies_of, together
 
 pytestmark = pytest.mark.xdist_group("own study")  # the same kernels, compiled once
 UNKNOWN = {name: Uncertain(("C", "k_0"), ((0.01, 0.0), (0.0, 0.1))) for name in ("first", "second")}

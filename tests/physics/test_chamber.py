@@ -22,9 +22,7 @@ D = Cylinder(
 def arguments_with_temperature():
     """Arguments of the full-order chamber, temperature a state of its own and no index n."""
     return st.builds(
-        lambda a, T: {k: v for k, v in a.items() if k != "n"} | {"T": T},
-        arguments(),
-        some.temperatures(),
+        lambda a, T: {k: v for k, v in a.items() if k != "n"} | {"T": T}, arguments(), some.temperatures()
     )
 
 

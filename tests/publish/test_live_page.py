@@ -75,8 +75,7 @@ def test_figures_are_those_of_pneumo_study_and_simulate(inputs, tmp_path):
     for row, expected_row in zip(page["rows"], expected.rows, strict=True):
         assert row["name"] == expected_row.model
         assert [row[key] for key in ("rms", "low", "high", "stroke")] == pytest.approx(
-            [expected_row.rms, expected_row.low, expected_row.high, expected_row.stroke],
-            abs=near,
+            [expected_row.rms, expected_row.low, expected_row.high, expected_row.stroke], abs=near
         )
     plant = configured_plant(plan)
     for start, stroke in page["strokes"].items():

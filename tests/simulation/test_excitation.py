@@ -12,12 +12,7 @@ from paper_study import STUDY
 from scipy import stats
 
 from pneumo.configuration.experiment import Drive, Excitation
-from pneumo.simulation.excitation import (
-    command,
-    normal_deviates,
-    reference_series,
-    reversed_late,
-)
+from pneumo.simulation.excitation import command, normal_deviates, reference_series, reversed_late
 
 SEEDS = st.integers(0, 2**32 - 1)
 CLOSED = Drive(closed_loop=True, k_p=1000.0, x_reverse=0.048)

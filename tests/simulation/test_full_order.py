@@ -13,15 +13,7 @@ from scipy.integrate import solve_ivp
 
 from pneumo import testing as some
 from pneumo.simulation.excitation import reference_series
-from pneumo.simulation.full_order import (
-    DIVERGED,
-    NOT_POSITIVE,
-    RAN,
-    equilibrium,
-    failure,
-    record,
-    run,
-)
+from pneumo.simulation.full_order import DIVERGED, NOT_POSITIVE, RAN, equilibrium, failure, record, run
 
 
 def scale_of(e):

@@ -34,11 +34,7 @@ MUTANTS = [
     ),  # outflow at T_in
     ("M6", "= p->R*p->T_in*p->n", "= 2*p->R*p->T_in*p->n"),  # factor of 2 in the enthalpy
     ("M6", "growth_end = area*v_end", "growth_end = -area*v_end"),  # sign of the motion in the second stage
-    (
-        "M6",
-        "    0.52829999999999999, /* critical",
-        "    0.6339, /* critical",
-    ),  # exponent
+    ("M6", "    0.52829999999999999, /* critical", "    0.6339, /* critical"),  # exponent
 ]
 
 

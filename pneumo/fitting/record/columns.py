@@ -169,11 +169,7 @@ def clock_unit(clock: Channel, columns: Mapping[str, Column]) -> str:
     return own or (t.unit if t else "")
 
 
-def missing_columns(
-    channels: Sequence[Channel],
-    known: Mapping[str, Column],
-    missing: Sequence[str],
-) -> str:
+def missing_columns(channels: Sequence[Channel], known: Mapping[str, Column], missing: Sequence[str]) -> str:
     """Text for a message on missing quantities, with the option ``--columns`` for a shell.
 
     It has columns that are guessed by their names or else their order, if there are enough.

@@ -124,10 +124,7 @@ CLOCKS = {  # text and what is noted
     "pairs behind stamps": (monitor(pairs()), "columns not used: Time"),
     "blanks before quotes": ('"t_us", "' + HEADER.replace(",", '", "') + '"\n' + table(MICRO, ", "), ""),
     "2^32": (COUNTER + table((2**32 - 300_000 + MICRO) % 2**32), "begins anew after 2^32"),
-    "2^16": (
-        COUNTER.replace("us", "ms") + table((65_300 + MICRO // 1000) % 2**16),
-        "begins anew after 2^16",
-    ),
+    "2^16": (COUNTER.replace("us", "ms") + table((65_300 + MICRO // 1000) % 2**16), "begins anew after 2^16"),
     "2^32 us in seconds": (
         COUNTER.replace("us", "s") + table((2**32 - 300_000 + MICRO) % 2**32 / 1e6),
         "begins anew after 2^32 us",

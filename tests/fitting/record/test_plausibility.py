@@ -51,10 +51,7 @@ REFUSED = [
     (lambda: at(slice(17, 20), ""), ["line 23, column t", "x has a gap", "cut the file"]),
     (lambda: at(slice(0, None, 9), "nan"), ["column x", "at most 1 %"]),
     (lambda: at(50, T[49], "t_s"), ["line 52, column t", "must increase"]),
-    (
-        lambda: table(t_s=T + (np.arange(ROWS) > 99)),
-        ["line 102, column t: '1.2'", "gap, of up to 1.002 s"],
-    ),
+    (lambda: table(t_s=T + (np.arange(ROWS) > 99)), ["line 102, column t: '1.2'", "gap, of up to 1.002 s"]),
     (lambda: table(t_s=1e3 * T), ["2 s apart: must be 1e-05 to 0.1 s; is t in ms?"]),
     (lambda: table()[:99], ["99 samples: must be at least 100"]),
     (lambda: table(**{"u_mA": np.cos(20 * T)}), ["column u", "which range has it?", "mA 0..20"]),

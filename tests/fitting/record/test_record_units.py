@@ -10,11 +10,7 @@ from pneumo.configuration.valve_conversions import ANR_RHO
 from pneumo.errors import InputError
 from pneumo.fitting.record.channel import Channel
 from pneumo.fitting.record.clocks import seconds
-from pneumo.fitting.record.columns import (
-    Column,
-    columns_by_header,
-    read_mapping,
-)
+from pneumo.fitting.record.columns import Column, columns_by_header, read_mapping
 from pneumo.fitting.record.units import (
     LENGTHS,
     MASSES,
