@@ -17,10 +17,10 @@ DIGITS = 32  # of decimal arithmetic, which rounds alike on every processor
 
 def _flow_over_root(s: Decimal, gas: Gas) -> Decimal:
     """Subsonic flow at s = ln(P_u / P_d), over ``A_t P_u / sqrt(T_u) sqrt(s)``."""
-    R, g, b = Decimal(gas.R), Decimal(gas.gamma), Decimal(gas.critical_ratio)
     if gas.elliptic:
-        below = (1 - (-s).exp()) / (1 - b)
+        below = (1 - (-s).exp()) / (1 - Decimal(gas.critical_ratio))
         return Decimal(gas.sonic_coefficient) * (below * (2 - below) / s).sqrt()  # ISO 6358
+    R, g = Decimal(gas.R), Decimal(gas.gamma)
     subsonic = (-2 * s / g).exp() * (1 - (-(g - 1) * s / g).exp())
     return (2 * g / ((g - 1) * R) * subsonic / s).sqrt()  # (1)
 

@@ -53,7 +53,7 @@ def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: 
         pressure[of_lanes, :, first : first + len(P)] = P.T
 
     result = replay_in_parts(recording, different, sampling, store, stride)
-    if failure(recording.states)[0] == RAN:
+    if np.all(result.status != NO_RUN):
         pressure[..., 0] = first_states(recording, different, sampling)[..., 0]
     index = index.ravel()  # NumPy 2.0 gives it another axis
     return Replayed(*(values[index] for values in result._replace(pressure=pressure)))
