@@ -15,7 +15,7 @@ from benchmarks.exported_strokes import template_plant
 from paper.study.text.markdown_tables import markdown_table as table
 from pneumo import simulate
 from pneumo.configuration.experiment import Plant
-from pneumo.configuration.parameters import plant_of, validated
+from pneumo.configuration.parameters import Sources, plant_of
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.equations.system import FULL_ORDER
 from pneumo.export import exported, write_files
@@ -204,7 +204,7 @@ def stroke_times() -> str:
         sizes |= {"dead_volume_m3": DEAD * area * length}
         content = template | {"cylinders": {"mine": template["cylinders"]["mine"] | sizes}}
         content["supply"] = template["supply"] | {"P_s_Pa": ATMOSPHERE + SUPPLY * PSI, "P_atm_Pa": ATMOSPHERE}
-        plant = plant_of(validated(content, ()), "open")
+        plant = plant_of(Sources(content).validated(), "open")
         command = np.full(3001, plant.valve.u_max)
         runs = [simulate(plant, H, command=command, start=start) for start in ("vented", "retracted")]
         first, usual = (run.strokes[0].time for run in runs)

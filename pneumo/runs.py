@@ -378,9 +378,8 @@ def simulate(
     elif reference is not None and command is None:
         check_positive(k_p=k_p)
         if dynamics != PROPORTIONAL:
-            raise InputError(
-                "valve_dynamics: not with a position reference; give a command, or leave the section out"
-            )
+            remedy = "give a command, or leave the section out"
+            raise InputError(f"valve_dynamics: not with a position reference; {remedy}")
         given = None
         drive, signal = Drive(True, float(k_p), np.inf), _series(reference=reference)["reference"]
     else:

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from hypothesis import strategies as st
 
-from pneumo.configuration.parameters import study, validated
+from pneumo.configuration.parameters import Sources, study
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.schema import SCHEMA
 from pneumo.configuration.schema_messages import named_sections, resolved
@@ -238,7 +238,7 @@ def command_lines():
 
 def made(override, *more):
     """The study of an override of the paper's configuration."""
-    return study(validated(merged(BASE, override), more))
+    return study(Sources(merged(BASE, override), more).validated())
 
 
 def override_of(path, value):
@@ -251,7 +251,7 @@ def override_of(path, value):
 def error_of(content, *sources):
     """The line that a configuration gets."""
     with pytest.raises(ConfigurationError) as error:
-        validated(content, sources)
+        Sources(content, sources).validated()
     return str(error.value)
 
 

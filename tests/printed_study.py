@@ -12,8 +12,8 @@ from paper_study import STUDY
 
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER, table5
 from paper.study.paper_2006.results import PrintedTables
+from paper.study.stored_runs import to_json
 from paper_verdict.files import read_cells
-from pneumo.configuration.experiment import to_json
 from pneumo.physics.models import MODELS, lane
 from pneumo.storage.files import write, write_text
 from pneumo.storage.layout import experiment_labels

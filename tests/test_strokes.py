@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from valve_paths import BASE
 
 import pneumo
-from pneumo.configuration.parameters import load, plant_of, study, validated
+from pneumo.configuration.parameters import Sources, load, plant_of, study
 from pneumo.runs import STARTS, State
 from pneumo.selection.plants import configured_plant
 
@@ -119,7 +119,7 @@ DRIVES = [  # more keys of a cylinder, its rods in A and B, m, and the command, 
 def test_stroke_with_throttles_spring_and_through_rod_agrees_with_scipy(keys, rods, u, tmp_path):
     """Runs and exported C; the two restrictions in series are solved for the pressure between them."""
     content = {"cylinders": {"mine": BASE["cylinders"]["mine"] | keys}}
-    plant, end = plant_of(validated(BASE | content, ()), "open"), math.copysign(0.08, u)
+    plant, end = plant_of(Sources(BASE | content).validated(), "open"), math.copysign(0.08, u)
     areas = [math.pi / 4 * (0.025**2 - rod**2) for rod in rods]
     assert pytest.approx(areas) == (plant.cylinder.A_A, plant.cylinder.A_B)
     run = pneumo.simulate(plant, 1e-3, command=np.full(1501, u), start="extended" if u < 0 else "retracted")

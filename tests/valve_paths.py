@@ -1,6 +1,6 @@
 """Plants of `pneumo init`'s cylinder whose valve has a curve, or paths that differ."""
 
-from pneumo.configuration.parameters import plant_of, validated
+from pneumo.configuration.parameters import Sources, plant_of
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.selection.cylinder_template import TEMPLATE
 
@@ -16,7 +16,7 @@ def plant(valve_B=None, **valve):
     """Plant of the template with another valve: a curve in place of C, or more keys beside it."""
     section = ({} if "curve" in valve else {"C_dm3_per_sbar": 1.5}) | {"b": 0.3} | valve
     mine = BASE["cylinders"]["mine"] | {"valve": section} | ({"valve_B": valve_B} if valve_B else {})
-    return plant_of(validated(BASE | {"cylinders": {"mine": mine}}, ()), "open")
+    return plant_of(Sources(BASE | {"cylinders": {"mine": mine}}).validated(), "open")
 
 
 def throttled():
@@ -24,4 +24,4 @@ def throttled():
     keys = {"throttle_A_dm3_per_sbar": 0.3, "throttle_B_dm3_per_sbar": 0.2, "rod_A_mm": 10.0}
     keys |= {"spring_N_per_m": 500.0, "spring_preload_N": 20.0}
     mine = BASE["cylinders"]["mine"] | keys
-    return plant_of(validated(BASE | {"cylinders": {"mine": mine}}, ()), "open")
+    return plant_of(Sources(BASE | {"cylinders": {"mine": mine}}).validated(), "open")

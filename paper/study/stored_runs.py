@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from pydantic import TypeAdapter
 
-from pneumo.configuration.experiment import Experiment, Study
+from pneumo.configuration.experiment import Experiment, Study, plain
 from pneumo.errors import ResultError
 from pneumo.regular_file import regular_file
 from pneumo.simulation.full_order import RUN_STATUS, STATE, Recording, failure
@@ -17,6 +17,11 @@ from pneumo.storage.files import absent
 from pneumo.storage.layout import CHAMBERS, experiment_labels, status_attributes
 
 LARGEST_JSON = 100_000_000  # bytes
+
+
+def to_json(study: Study) -> str:
+    """Return a study as JSON text, the file that every job of the workflow reads."""
+    return json.dumps(plain(study), indent=1, allow_nan=False) + "\n"
 
 
 def from_json(text: str | bytes) -> Study:

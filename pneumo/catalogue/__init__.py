@@ -70,9 +70,8 @@ def coefficient_times_length() -> tuple[float, float]:
     """
     by_cylinder: dict[str, list[float]] = {}
     for measured in measured_conductances():
-        by_cylinder.setdefault(measured.cylinder, []).append(
-            log(measured.lambda_0 * measured.V_f / measured.A_q)
-        )
+        product = measured.lambda_0 * measured.V_f / measured.A_q
+        by_cylinder.setdefault(measured.cylinder, []).append(log(product))
     logs = [fmean(values) for values in by_cylinder.values()]
     assert len(logs) == 3  # else Student's t has another closed form, or none
     quantile = LEVEL * (2 / (1 - LEVEL**2)) ** 0.5

@@ -29,9 +29,8 @@ def init(
 
     if table:
         rows = write_table_template(file)
-        return typer.echo(
-            f"{file}, {rows}: written; edit them, then, in a checkout: snakemake -j2 --configfile {file}"
-        )
+        then = f"edit them, then, in a checkout: snakemake -j2 --configfile {file}"
+        return typer.echo(f"{file}, {rows}: written; {then}")
     write_template(file)
     return typer.echo(f"{file}: written; edit it, then: pneumo study {file}")
 

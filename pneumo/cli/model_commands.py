@@ -60,13 +60,11 @@ def linearise(
     least, most = plant.conditions.P_atm, plant.conditions.P_s
     for name, P in (("P_A", P_A), ("P_B", P_B)):
         if 0 < P < LEAST_PRESSURE * least:
-            raise InputError(
-                f"{name} = {P:g} Pa: must be at least a tenth of the atmosphere, {least:g} Pa; is it in bar?"
-            )
+            limit = f"a tenth of the atmosphere, {least:g} Pa"
+            raise InputError(f"{name} = {P:g} Pa: must be at least {limit}; is it in bar?")
         if P > 0 and not least <= P <= most:
-            typer.echo(
-                f"note: {name} = {P:g} Pa, outside {least:g} (atmosphere) to {most:g} (supply)", err=True
-            )
+            usual = f"{least:g} (atmosphere) to {most:g} (supply)"
+            typer.echo(f"note: {name} = {P:g} Pa, outside {usual}", err=True)
     if dynamics.dead_time:
         typer.echo(f"note: the valve's dead time, {1e3 * dynamics.dead_time:.4g} ms, is left out", err=True)
     point = {"u": u, "x": x, "v": v, "P_A": P_A, "P_B": P_B}

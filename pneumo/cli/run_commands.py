@@ -73,9 +73,8 @@ def simulate(
     name, plant, dynamics = configured_rig(configuration, cylinder, k_0)
     for note in conversion_notes(configuration):
         typer.echo(f"note: {note}", err=True)
-    option, text = (
-        ("--reference", reference) if reference else ("--command", command or f"{plant.valve.u_max:g}")
-    )
+    command = command or f"{plant.valve.u_max:g}"
+    option, text = ("--reference", reference) if reference else ("--command", command)
     times, values = _signal(option, text, ("x",) if reference else ("u",))
     end = times[-1] + AFTER if time is None else time
     if not 2 * step <= end <= MOST_STEPS * step:
@@ -135,9 +134,8 @@ def _signal(option: str, text: str, columns: tuple[str, ...]) -> "tuple[np.ndarr
 
         file = Path(text)
         headers = read_csv(file.absolute(), option).columns
-        plain = dict(
-            zip(headers.str.replace(r"_[sV]$| \[(s|V|mm)\]$|_mm$", "", regex=True), headers, strict=True)
-        )
+        names = headers.str.replace(r"_[sV]$| \[(s|V|mm)\]$|_mm$", "", regex=True)
+        plain = dict(zip(names, headers, strict=True))
         if columns == ("u",) and {"u_A", "u_B"} <= {*plain}:
             columns = ("u_A", "u_B")
         series = [np.array(read_column(file, plain.get(name, name), option)) for name in ("t", *columns)]

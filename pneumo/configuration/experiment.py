@@ -1,6 +1,5 @@
-"""One experiment (plant, drive, signal, length) and a study of several, in SI units and as JSON."""
+"""One experiment (plant, drive, signal, length) and a study of several, in SI units."""
 
-import json
 from collections.abc import Mapping
 from math import isclose
 from typing import Any, NamedTuple
@@ -137,8 +136,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: plain(inner) for key, inner in value.items()}
     return [plain(inner) for inner in value] if isinstance(value, tuple) else value
-
-
-def to_json(study: Study) -> str:
-    """Return a study as JSON text, the file that every job of the workflow reads."""
-    return json.dumps(plain(study), indent=1, allow_nan=False) + "\n"

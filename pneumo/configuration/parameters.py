@@ -44,7 +44,7 @@ class Sources(NamedTuple):
     """Merged configuration files, not yet validated, and the table of cylinders if they name one."""
 
     content: Mapping[str, Any]  # merged; `cylinders` is the path of the table if there is one
-    parts: Sequence[tuple[str, Mapping[str, Any]]]  # name and content of each source, for error messages
+    parts: Sequence[tuple[str, Mapping[str, Any]]] = ()  # name and content of each source, for messages
     table: CylinderTable | None = None
 
     def validated(self) -> Configuration:
@@ -72,11 +72,6 @@ class Sources(NamedTuple):
             return error_line(error, self.parts)
         table, experiments = self.table, self.content.get("experiments") or ()
         return error_line(error, [*self.parts, table.source], lambda path: table.written(path, experiments))
-
-
-def validated(content: Mapping[str, Any], sources: Sequence[tuple[str, Mapping[str, Any]]]) -> Configuration:
-    """Validate a merged configuration; name and content of each source are for error messages only."""
-    return Sources(content, sources).validated()
 
 
 def load(*files: Path | str) -> Configuration:

@@ -26,9 +26,8 @@ class _PlainLoader(yaml.SafeLoader):
         tag = getattr(event, "tag", None)
         refused = f"tag {tag}" if tag else "anchor or alias" if getattr(event, "anchor", None) else None
         if refused:
-            raise ComposerError(
-                None, None, f"a configuration must not contain the {refused}", event.start_mark
-            )
+            problem = f"a configuration must not contain the {refused}"
+            raise ComposerError(None, None, problem, event.start_mark)
         return super().compose_node(parent, index)
 
     def construct_scalar(self, node: Any) -> Any:

@@ -22,8 +22,6 @@ LEAST_ACCELERATION = 0.2  # m/s² of the mass by the air alone; axes reach 1 to 
 REMEDY = "correct it, or accept it with --trust (snakemake: --config trust=true)"
 
 Path = tuple[Any, ...]
-
-
 Implausible = tuple[Path, float, str]  # path, value and reason of a physically implausible value
 
 

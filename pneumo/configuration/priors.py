@@ -134,11 +134,8 @@ class Uncertain(NamedTuple):
         quantity = QUANTITIES[STUDIED[name]]
         if not quantity.logarithmic:
             return f"{name_shown} ± {quantity.factor * half:.2g} {quantity.shown_unit}".rstrip()
-        return (
-            f"{name_shown} ± {100 * expm1(half):.2g} %"
-            if half < 0.3
-            else f"{name_shown} × or ÷ {exp(half):.2g}"
-        )
+        limit = f"± {100 * expm1(half):.2g} %" if half < 0.3 else f"× or ÷ {exp(half):.2g}"
+        return f"{name_shown} {limit}"
 
 
 def plant_with(plant: Plant, names: tuple[str, ...], deviations: np.ndarray) -> Plant:

@@ -22,9 +22,8 @@ class CPrinter(C99CodePrinter):
     """SymPy printer of C in which a system's constants are members of its struct of parameters."""
 
     def __init__(self, constants: list[Constant], precision: str = "double") -> None:
-        super().__init__(
-            {"math_macros": {}} | ({"type_aliases": {real: float32}} if precision == "float" else {})
-        )
+        aliases = {"type_aliases": {real: float32}} if precision == "float" else {}
+        super().__init__({"math_macros": {}} | aliases)
         self.suffix = "f" if precision == "float" else ""
         self.parameters = {constant.name for constant in constants}
 

@@ -13,23 +13,11 @@ import numpy as np
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.parameters import DEAD_FRACTION
 from pneumo.configuration.priors import Accuracy
+from pneumo.fitting import settings
 from pneumo.fitting.fit_problem import LIMITS, Problem, fit, inapplicable, replayed_pressures
 from pneumo.fitting.fit_result import Estimate, FitWarning, equally_good
 from pneumo.fitting.position_checks import stated, stated_volume_warnings
 from pneumo.fitting.residuals import BLOCK, Residual, residuals
-from pneumo.fitting.settings import (
-    ALLOWED,
-    COLOURED,
-    DISTRUST,
-    EARLY,
-    EXPLAINED,
-    OUTSIDE,
-    SEEN,
-    TIED,
-    TOLERATED,
-    UNLIKELY,
-    VAGUE,
-)
 from pneumo.physics.models import FULL
 from pneumo.quantities.table import CAUSES, CHOICES, PARAMETERS, QUANTITIES, STARTS, VALVE_CURVE, of_group
 
@@ -56,10 +44,10 @@ def fit_warnings(
     of_parameters = parameter_warnings(problem, estimate, known, stops_shown)
     if name != FULL.name:
         return residual_warnings(name, of_chambers) + of_parameters
-    least = ALLOWED * estimate.of_configuration
+    least = settings.ALLOWED * estimate.of_configuration
     odd = doubtful(split, estimate.remainder, estimate.expected, least=least)
     symptoms = [odd_residual_warning(name, of_chambers, estimate)] if odd else []
-    unexplained = any(residual.coloured > max(COLOURED * residual.noise, least) for residual in split)
+    unexplained = any(part.coloured > max(settings.COLOURED * part.noise, least) for part in split)
     cause = cause_warnings(problem, split, estimate) if odd or unexplained else []
     # With a wrong rig all parameters are odd: its cause says more.
     if not cause:
@@ -94,7 +82,7 @@ def configured_warnings(problem: Problem, estimate: Estimate) -> list[str]:
         low, high = (inner(ends.get(name, fitted)) for ends in (estimate.low, estimate.high))
         own = (high - low) / 2 / LIMITS  # NaN where an end is open: then nothing is contradicted
         off = inner(prior.centre) - inner(fitted)
-        if abs(off) > OUTSIDE * np.hypot(prior.deviation, own) and name not in problem.also:
+        if abs(off) > settings.OUTSIDE * np.hypot(prior.deviation, own) and name not in problem.also:
             text = explanation(name, fitted, prior.centre)
             text += f" is outside its stated accuracy (--also {name} fits it freely)"
             # Those that would be different if the configured value were right.
@@ -117,20 +105,20 @@ def doubtful(
     and configuration alone, in `expected`; all are on the scale of the search. Residuals below `least`, Pa,
     do not count: a configuration within its accuracy can leave them.
     """
-    seen = any(residual.coloured > max(SEEN * residual.noise, least) for residual in split)
+    seen = any(residual.coloured > max(settings.SEEN * residual.noise, least) for residual in split)
     return seen and any(
         remainder.get(name, 0.0) > max(factor * most, expected.get(name, 0.0))
-        for name, most in TOLERATED.items()
+        for name, most in settings.TOLERATED.items()
     )
 
 
 def odd_residual_warning(name: str, of_chambers: Mapping[str, Residual], estimate: Estimate) -> FitWarning:
     """Warning of residuals that are not noise; it concerns the parameters that they may move too far."""
     split, remainder = list(of_chambers.values()), estimate.remainder
-    if doubtful(split, remainder, estimate.expected, DISTRUST):
+    if doubtful(split, remainder, estimate.expected, settings.DISTRUST):
         return FitWarning(residual_warning(name, of_chambers))
     moved = [p for p, half in remainder.items() if half > estimate.expected[p] and p not in STARTS]
-    shifts = {p: f"{100 * np.expm1(remainder[p]):.0f} %" for p in TOLERATED if p in remainder}
+    shifts = {p: f"{100 * np.expm1(remainder[p]):.0f} %" for p in settings.TOLERATED if p in remainder}
     effects = ", ".join(f"{QUANTITIES[p].heading} by {shift}" for p, shift in shifts.items())
     return FitWarning(residual_warning(name, of_chambers, f"this moves {effects}, or more"), *moved)
 
@@ -150,7 +138,7 @@ def residual_warning(name: str, residual_of: Mapping[str, Residual], effect: str
 
 def residual_warnings(name: str, residual_of: Mapping[str, Residual]) -> list[str]:
     """Warning of residuals of a model, by chamber, that the sensors' noise does not explain."""
-    odd = {chamber: part for chamber, part in residual_of.items() if part.coloured > COLOURED * part.noise}
+    odd = {side: part for side, part in residual_of.items() if part.coloured > settings.COLOURED * part.noise}
     return [residual_warning(name, odd)] if odd else []
 
 
@@ -171,10 +159,10 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], estimate: Estima
             continue
         trial = replace(problem, also=(*problem.also, *names))
         start = None
-        enough = EXPLAINED * before
+        enough = settings.EXPLAINED * before
         if cause == VALVE_CURVE:
             start = trial.inner(trial.values(trial.guess()) | estimate.values)
-            enough = EXPLAINED * min([before, *(after for after, *_ in explained.values())])
+            enough = settings.EXPLAINED * min([before, *(after for after, *_ in explained.values())])
         fitted = fit(trial, tolerance=1e-3, most=STEPS, start=start)
         after = _coloured(residuals(trial, fitted.theta))
         if after < enough:
@@ -185,7 +173,8 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], estimate: Estima
         return []
     noise = float(np.sqrt(np.mean([residual.noise**2 for residual in split])))
     least = min(after for after, *_ in explained.values())
-    alike = [one for one in sorted(explained.values()) if one[0] <= max(TIED * least, SEEN * noise)]
+    most = max(settings.TIED * least, settings.SEEN * noise)
+    alike = [one for one in sorted(explained.values()) if one[0] <= most]
     change = f"would reduce what is not noise from {before / 1e3:.2g} to {least / 1e3:.2g} kPa rms"
     tied = ": this record cannot tell which" if len(alike) > 1 else ""
     concerned = dict.fromkeys(name for *_, moved in alike for name in moved)
@@ -195,7 +184,7 @@ def cause_warnings(problem: Problem, split: Sequence[Residual], estimate: Estima
 def circuit_text(problem: Problem, estimate: Estimate) -> str:
     """Half sentence on the part of a circuit that residuals of a full order look like, if on any."""
     prior = problem.priors.get("exhaust")
-    if prior and np.log(estimate.values["exhaust"] / prior.centre) < -OUTSIDE * prior.deviation:
+    if prior and np.log(estimate.values["exhaust"] / prior.centre) < -settings.OUTSIDE * prior.deviation:
         ratio = estimate.values["exhaust"] / prior.centre
         return f"the exhaust passes {ratio:.2g} times what is configured, as behind a throttle"
     signals = problem.signals
@@ -241,7 +230,7 @@ def parameter_warnings(problem: Problem, estimate: Estimate, known: Accuracy, st
     fitted = {name: values[name] for name in problem.names}
     at_bound = problem.at_bound(problem.inner(values))
     result += odd_values(fitted, at_bound, plant, volumes=not measured_volumes, meaning="no gas does this")
-    if estimate.high.get("dead_time", np.nan) < -EARLY * period and values["dead_time"] <= -period:
+    if estimate.high.get("dead_time", np.nan) < -settings.EARLY * period and values["dead_time"] <= -period:
         text = (
             "the valve acts before its command was logged: check the time stamps; if the command was not"
             " held between samples: --command linear"
@@ -279,7 +268,7 @@ def undetermined_notes(
         f"this record does not determine {QUANTITIES[name].name}: {CLOSED_TEST if name == 'k_0' else remedy}"
         for name in names
         if name in estimate.low and name not in estimate.at_bound
-        if not estimate.high[name] < VAGUE * estimate.low[name]
+        if not estimate.high[name] < settings.VAGUE * estimate.low[name]
     ]
 
 
@@ -287,7 +276,7 @@ def dead_volume_warnings(name: str, volume: float, plant: Plant) -> list[str]:
     """Warning of a dead volume, m3, far from the configured one, or else from the default."""
     ratio = volume / getattr(plant.cylinder, name)
     named = QUANTITIES[name].name.removeprefix("the ")
-    if 1 / UNLIKELY < ratio < UNLIKELY:
+    if 1 / settings.UNLIKELY < ratio < settings.UNLIKELY:
         return []
     remedy = "check the stroke and the zero of x; is there a hose to the valve?"
     configured = "the configured one"

@@ -59,9 +59,8 @@ def held_out_warnings(
     limits = np.hypot(limits, ALLOWED * expected_error(parts, known))
     left, split = record.residual(replayed_on(problem, record, estimate)), problem.signals.P.shape[1] - 1
     errors: list[str] = []
-    for name, error, held_out, rms, limit in zip(
-        "AB", left, estimate.held_out, estimate.rms, limits, strict=True
-    ):
+    chambers = zip("AB", left, estimate.held_out, estimate.rms, limits, strict=True)
+    for name, error, held_out, rms, limit in chambers:
         if not held_out <= limit:
             sizes = f"{held_out / 1e3:.3g} kPa rms ({rms / 1e3:.3g} on the part fitted)"
             errors.append(f"P_{name} is off by {sizes}, {_when(error, split, limit, record.period)}")
@@ -78,10 +77,9 @@ def both_parts(problem: Problem, record: StageSignals, estimate: Estimate) -> Pa
     rest = replace(problem, signals=record.part(split, record.P.shape[1] - 1))
     shared = {name: value for name, value in estimate.values.items() if name not in STARTS}
     alone = replace(rest, fixed=shared, also=(), priors={})
-    theta = rest.inner(alone.values(first_pressures(alone)))
-    return Parts(
-        problem, rest, solution_at(problem, problem.inner(estimate.values)), solution_at(rest, theta)
-    )
+    here = solution_at(problem, problem.inner(estimate.values))
+    there = solution_at(rest, rest.inner(alone.values(first_pressures(alone))))
+    return Parts(problem, rest, here, there)
 
 
 def expected_error(parts: Parts, known: Accuracy, of_rest: Accuracy | None = None) -> np.ndarray:

@@ -113,9 +113,8 @@ def stated_volume_warnings(plant: Plant, estimate: Estimate, known: Accuracy, st
         return []
     text = f"the dead volumes of A and B are {ratios[0]:.2g} and {ratios[1]:.2g} times those configured"
     if stops_shown:
-        text += (
-            f": the data sheet is off by {100 * np.abs(ratios - 1).max():.0f} %, or hoses are not included"
-        )
+        percent = 100 * np.abs(ratios - 1).max()
+        text += f": the data sheet is off by {percent:.0f} %, or hoses are not included"
     else:
         A, B = ((values - configured) / areas).tolist()
         reason = reason_of((B - A) / 2, A + B, plant.cylinder.stroke)

@@ -47,9 +47,8 @@ MODELS: dict[str, Model] = {model.name: model for model in (
     Model("M10", "gamma", "gamma", "gamma", "polytropic", True,   "lambda A_q"),
 )}
 # fmt: on
-FULL = Model(
-    "full", "gamma", "gamma", "gamma", "state", mixing=True, wall="lambda A_q"
-)  # eqs (4), (5), (7), (8)
+# The full order: eqs (4), (5), (7), (8).
+FULL = Model("full", "gamma", "gamma", "gamma", "state", mixing=True, wall="lambda A_q")
 
 # Wall law -> (`Lane.wall_scale`, exponent of A_q / A_q0, exponent of PT / (P_0 T_0)).
 WALL_LAWS = {

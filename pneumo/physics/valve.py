@@ -41,9 +41,8 @@ class Paths(NamedTuple):
     u: tuple[float, ...] = ()  #: own commands of the knots, V, increasing
     supply: tuple[tuple[float, ...], ...] = ()  #: opening from the supply by (chamber, knot), V
     exhaust: tuple[tuple[float, ...], ...] = ()  #: opening to the atmosphere, likewise
-    b: tuple[
-        tuple[float, ...], ...
-    ] = ()  #: critical ratio by (chamber, path), supply first; empty: that of the gas
+    #: Critical ratio by (chamber, path), supply first; empty: that of the gas.
+    b: tuple[tuple[float, ...], ...] = ()
 
     def openings(self, u: float, side: int) -> tuple[float, float]:
         """Openings from the supply and to the atmosphere, V, at a chamber's own command, V."""

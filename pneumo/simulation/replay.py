@@ -171,10 +171,8 @@ class LanesSideBySide(NamedTuple):
         """Lanes, sorted by `needs`, with the first pressures P_0."""
         core.whole("lanes", len(lanes), 1, ROW)
         psi, _ = flow_polynomial(plant.gas)
-        struct = core.zeroed("Lanes")
-        core.lib.start_lanes(
-            struct, core.rows("lanes", lanes, "Lane"), len(lanes), core.struct("Plant", plant)
-        )
+        struct, rows = core.zeroed("Lanes"), core.rows("lanes", lanes, "Lane")
+        core.lib.start_lanes(struct, rows, len(lanes), core.struct("Plant", plant))
         return cls(struct, core.array("psi", psi, (None,)), len(psi), -(-len(lanes) // WIDTH) * WIDTH)
 
     def row(self, values: Any) -> np.ndarray:

@@ -200,9 +200,8 @@ def check_sizes(path: Path, largest: int, variables: Sequence[str] = ()) -> None
         sizes = {name: math.prod(v.shape) * getattr(v.dtype, "itemsize", 8) for name, v in of.items()}
     if sum(sizes.values()) > largest:
         name = max(sizes, key=lambda name: sizes[name])
-        raise ValueError(
-            f"{printable(name, 40)} would take {sizes[name]} bytes of memory: at most {largest} for all"
-        )
+        needed = f"{printable(name, 40)} would take {sizes[name]} bytes of memory"
+        raise ValueError(f"{needed}: at most {largest} for all")
 
 
 def read(path: Path | str, *variables: str) -> xr.Dataset:
@@ -227,9 +226,8 @@ def read(path: Path | str, *variables: str) -> xr.Dataset:
                 raise ResultError(f"{path}: holds experiment {experiment.item()}, not the one of its name")
             for name in variables:
                 if name not in dataset:
-                    raise ResultError(
-                        f"{path}: has no variable {name!r}; it has {', '.join(map(str, dataset))}"
-                    )
+                    names = ", ".join(map(str, dataset))
+                    raise ResultError(f"{path}: has no variable {name!r}; it has {names}")
             return dataset[list(variables)].load() if variables else dataset.load()
     except FileNotFoundError:
         raise absent(path) from None

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from paper_study import STUDY
 
-from paper.study.stored_runs import from_json
+from paper.study.stored_runs import from_json, to_json
 from pneumo import testing as some
-from pneumo.configuration.experiment import Excitation, to_json
-from pneumo.configuration.parameters import load, plant_of, sonic_conductance, study, validated
+from pneumo.configuration.experiment import Excitation
+from pneumo.configuration.parameters import Sources, load, plant_of, sonic_conductance, study
 from pneumo.configuration.plain_yaml import read_yaml
 from pneumo.configuration.priors import accuracy, conversion_notes, default_notes, uncertainties
 from pneumo.configuration.schema_parts import merged
@@ -110,13 +110,13 @@ def test_figures_of_catalogues_give_the_conductance_with_its_accuracy(key, value
     section = {"valve": {key: value, "b": 0.3}}
     plant = on_own_cylinder(**section).plant
     assert sonic_conductance(plant.valve, plant.gas) == pytest.approx(C, rel=2e-3)
-    configuration = validated(merged(BASE, {"cylinders": {"own": OWN | section}}), ())
+    configuration = Sources(merged(BASE, {"cylinders": {"own": OWN | section}})).validated()
     rule = np.log1p(np.hypot(within, 0.1))  # to which b adds up to 0.07 where the figure is a nominal flow
     assert rule * (1 - 1e-9) <= uncertainties(configuration)["own"].half_width("C") < np.hypot(rule, 0.07)
     (note,) = conversion_notes(configuration)
     assert note.startswith(f"own: {key} = {value:g} is C = ")
     section["valve"].pop("b")  # 0.3 then
-    configuration = validated(merged(BASE, {"cylinders": {"own": OWN | section}}), ())
+    configuration = Sources(merged(BASE, {"cylinders": {"own": OWN | section}})).validated()
     assert configuration.cylinders["own"].valve.largest_C == pytest.approx(C, rel=2e-3)
     assert uncertainties(configuration)["own"].half_width("b") == pytest.approx(0.15)
     assert "0.3 assumed" in conversion_notes(configuration)[1]
@@ -128,7 +128,7 @@ def test_figures_of_catalogues_give_the_conductance_with_its_accuracy(key, value
 )
 def test_a_valve_keeps_its_area_with_another_gas(gas, ratio):
     def flow(of):
-        p = plant_of(validated(merged(read_yaml(TEMPLATE), {"gas": of}), ()), "open")
+        p = plant_of(Sources(merged(read_yaml(TEMPLATE), {"gas": of})).validated(), "open")
         return choked_flow(p.valve.k_xu * p.valve.u_max, 7e5, 293.15, p.gas)
 
     assert flow("air") / flow(gas) == pytest.approx(ratio, rel=0.01)
@@ -271,7 +271,7 @@ def test_an_uncertainty_is_in_the_hash_and_survives_writing(tmp_path):
     assert study(before).config_sha256 != study(after).config_sha256
     plants = [study(c).experiments["open"].plant for c in (before, after)]
     assert plants[0] == plants[1]
-    again = validated(after.model_dump(exclude_unset=True), ())
+    again = Sources(after.model_dump(exclude_unset=True)).validated()
     assert again.model_dump() == after.model_dump() and accuracy(again) == accuracy(after)
     assert (accuracy(again)["b"], accuracy(again)["stroke"]) == pytest.approx((0.05, 2e-4))
 

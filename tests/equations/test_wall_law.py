@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from pneumo.configuration.parameters import study, validated
+from pneumo.configuration.parameters import Sources, study
 from pneumo.equations.system import step, system
 from pneumo.runs import replay, simulate
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -18,7 +18,7 @@ COMMAND = np.concatenate([np.full(60, 3.0), np.full(60, -3.0)])
 def plant_with(law):
     content = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
     content["cylinders"]["mine"] |= {"wall_law": law} if law else {}
-    return configured_plant(study(validated(content, [])), "mine", K_0)
+    return configured_plant(study(Sources(content).validated()), "mine", K_0)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumo.configuration.parameters import load, study, validated
+from pneumo.configuration.parameters import Sources, load, study
 from pneumo.configuration.priors import accuracy
 from pneumo.fitting.fit_result import Estimate
 from pneumo.fitting.position_checks import (
@@ -136,7 +136,7 @@ def test_dead_volumes_are_doubted_beyond_what_is_stated_and_only_those():
     assert text.parameters == ("V_d_A",)
     content = load(TEMPLATE).model_dump(exclude_unset=True)
     content["cylinders"]["mine"]["dead_volume_m3"] = "4.1e-6 ± 40 %"
-    known = accuracy(validated(content, []))
+    known = accuracy(Sources(content).validated())
     assert known["V_d_A"] == known["V_d_B"] == pytest.approx(0.4)
     assert stated_volume_warnings(STATED, found(shift, 0.0), known, True) == []
 

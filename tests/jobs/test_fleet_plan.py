@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pneumo.configuration.parameters import load, study, validated
+from pneumo.configuration.parameters import Sources, load, study
 from pneumo.selection.cylinder_template import write_table_template
 from workflow.jobs.fleet_plan import checked_fleet
 
@@ -30,10 +30,10 @@ def test_blocks_divide_the_rows_and_each_is_a_configuration_of_its_own(fleet_of)
     fleet = fleet_of(7, {"run": {"block_size": 3}})
     assert list(fleet.blocks) == ["000000", "000003", "000006"]
     assert [name for names in fleet.blocks.values() for name in names] == [f"c{i}" for i in range(7)]
-    assert list(validated(fleet.content("000006"), []).cylinders) == ["c6"]
+    assert list(Sources(fleet.content("000006")).validated().cylinders) == ["c6"]
     whole, parts = study(load("fleet.yaml")).experiments, {}
     for block in fleet.blocks:
-        parts |= study(validated(fleet.content(block), [])).experiments
+        parts |= study(Sources(fleet.content(block)).validated()).experiments
     assert parts == whole
     assert len(fleet_of(101).blocks) == 3  # of 50
     assert checked_fleet({"cylinders": {"mine": {}}}, [], {}, check=True) is None

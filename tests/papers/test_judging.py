@@ -12,13 +12,12 @@ from typer.testing import CliRunner
 from paper.study.known_papers import KNOWN, current_verdict
 from paper.study.paper_2006.paper import PAPER_2006
 from paper.study.paper_2006.printed_tables import PAPER_FOLDER
-from paper.study.stored_runs import read_study
+from paper.study.stored_runs import read_study, to_json
 from paper.study.stored_verdict import OF_EVIDENCE, stored_verdict
 from paper_verdict.facts import MISPRINT, UNEXPLAINED, headline_text
 from paper_verdict.judging import verdict
 from paper_verdict.record import changes, read_record
 from pneumo.cli.commands import app
-from pneumo.configuration.experiment import to_json
 from pneumo.errors import InputError, ResultError
 from pneumo.storage.files import write, write_text
 

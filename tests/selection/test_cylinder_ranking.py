@@ -8,7 +8,7 @@ import yaml
 from bad_input import fields
 from paper_study import STUDY
 
-from pneumo.configuration.parameters import load, study, validated
+from pneumo.configuration.parameters import Sources, load, study
 from pneumo.errors import InputError
 from pneumo.notebook.model_study import ModelStudy
 from pneumo.publish.pages.study_page import MARK, check_folder, save_study
@@ -68,7 +68,7 @@ def test_template_holds_every_key_and_right_options(with_options):
     del with_options["experiments"]["open"]["lambda_0_W_per_m2K"]
     for key in ("levels", "hold_s", "file", "column"):
         del closed["signal"][key]
-    parsed = study(validated(with_options, []))
+    parsed = study(Sources(with_options).validated())
     assert parsed.experiments["closed"].excitation.signal == "sweep"
     assert parsed.experiments["open"].push.force == -300.0
     assert parsed.levels == {"mine": (0.3,)}

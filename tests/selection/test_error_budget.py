@@ -13,7 +13,7 @@ from ranked_cells import LEVEL, answered, made
 
 import pneumo
 from paper.study.kept_evidence import KEPT
-from pneumo.configuration.parameters import load, study, validated
+from pneumo.configuration.parameters import Sources, load, study
 from pneumo.configuration.priors import SIGMAS, Uncertain, accuracy, plant_with, uncertainties
 from pneumo.configuration.valve_conversions import conductance
 from pneumo.errors import ConfigurationError
@@ -48,7 +48,7 @@ def known(**changes):
     for experiment in content["experiments"].values():
         experiment["k_0_W_per_K"] = changes.get("k_0", "catalogue")
     section |= {key: value for key, value in changes.items() if key != "k_0"}
-    return uncertainties(validated(content, []))["mine"]
+    return uncertainties(Sources(content).validated())["mine"]
 
 
 def test_limits_are_those_of_the_configuration_else_priors():

@@ -19,8 +19,7 @@ import pneumo
 from paper.study.averages import statistics
 from paper.study.settling_run import settle, settling_dataset
 from paper.study.settling_times import settling_table
-from paper.study.stored_runs import datum_dataset, read_json, read_study
-from pneumo.configuration.experiment import to_json
+from paper.study.stored_runs import datum_dataset, read_json, read_study, to_json
 from pneumo.configuration.sampling import EXACT_SAMPLING
 from pneumo.errors import ResultError
 from pneumo.physics.models import MODELS

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumo.configuration.experiment import Study
-from pneumo.configuration.parameters import Sources, read_yaml, study, validated
+from pneumo.configuration.parameters import Sources, read_yaml, study
 from pneumo.configuration.plausible_cylinders import checked
 from pneumo.configuration.priors import uncertainties
 from pneumo.configuration.schema_parts import merged
@@ -83,7 +83,7 @@ def checked_study(
 
 def limits_of_cylinders(config: Mapping[str, Any]) -> dict[str, list[Any]]:
     """Return the content of `Uncertain` of each cylinder, from a checked configuration."""
-    return {name: list(known) for name, known in uncertainties(validated(config, [])).items()}
+    return {name: list(known) for name, known in uncertainties(Sources(config).validated()).items()}
 
 
 def user_cylinders(study: Study) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pneumo.configuration.cylinder_table import with_table
-from pneumo.configuration.parameters import Sources, read_sources, study, validated
+from pneumo.configuration.parameters import Sources, read_sources, study
 from pneumo.configuration.plausible_cylinders import checked
 from pneumo.configuration.schema import Configuration
 from pneumo.errors import ConfigurationError, as_lines
@@ -35,7 +35,7 @@ class Fleet(NamedTuple):
     def resources(self, block: str) -> "Resources":
         """Return the resources that a block's job needs."""
         if block not in self.planned:
-            self.planned[block] = resources(validated(self.content(block), []))
+            self.planned[block] = resources(Sources(self.content(block)).validated())
         return self.planned[block]
 
     def signal_files(self) -> list[str]:
@@ -100,5 +100,6 @@ def _fleet(sources: Sources, check: bool, trust: bool) -> Fleet:
     if check:
         study(checked(sources, trust=trust))  # files of signals are read when units are converted
     names = list(sources.table.rows)
-    size = validated(with_table(sources.content, sources.table, names[:1]), sources.parts).run.block_size
+    first = Sources(with_table(sources.content, sources.table, names[:1]), sources.parts)
+    size = first.validated().run.block_size
     return Fleet(sources, {f"{i:06}": names[i : i + size] for i in range(0, len(names), size)}, {})

@@ -3,8 +3,8 @@
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from paper.study.stored_runs import datum_dataset, failure_text
-from pneumo.configuration.experiment import Study, to_json
+from paper.study.stored_runs import datum_dataset, failure_text, to_json
+from pneumo.configuration.experiment import Study
 from pneumo.simulation.full_order import record
 from pneumo.storage.files import attributes, write, write_text
 from workflow.jobs.wrapper import run_job

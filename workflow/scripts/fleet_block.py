@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from pneumo.configuration.parameters import study, validated
+from pneumo.configuration.parameters import Sources, study
 from pneumo.configuration.priors import uncertainties
 from pneumo.storage.files import attributes, write
 from pneumo.storage.layout import same_at_every_n
@@ -12,7 +12,7 @@ from workflow.jobs.wrapper import run_job
 
 
 def main(content: dict[str, Any], cells: Path, threads: int) -> None:
-    configuration = validated(content, [])
+    configuration = Sources(content).validated()
     configured, limits = study(configuration), uncertainties(configuration)
     block = run_block(configured, threads, lambda name: print(f"{name}: done", flush=True), limits)
     about = attributes(

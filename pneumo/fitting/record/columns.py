@@ -71,9 +71,8 @@ class Column(BaseModel):
         if isinstance(found, str):
             name = printable(self.column, 30)
             raise InputError(f"{path}: column {name}: {found}{'' if self.unit else proposed}")
-        return found._replace(
-            factor=found.factor * self.scale, offset=found.factor * self.offset + found.offset
-        )
+        offset = found.factor * self.offset + found.offset
+        return found._replace(factor=found.factor * self.scale, offset=offset)
 
 
 Quantity = Literal["t", "u", "x", "P_A", "P_B", "P_s", "m_A", "m_B", "T"]
@@ -109,9 +108,8 @@ def columns_of(mapping: Columns | None, channels: Sequence[Channel]) -> dict[str
         if any(end.startswith("u_b") for end in ends) and "m_A" not in found:
             raise InputError(TWO_COMMANDS)
         return found
-    return columns_by_header([c for c in channels if is_time(c.name) or _is_unit_of_time(c)]) | read_mapping(
-        mapping
-    )
+    times = [channel for channel in channels if is_time(channel.name) or _is_unit_of_time(channel)]
+    return columns_by_header(times) | read_mapping(mapping)
 
 
 def _is_unit_of_time(channel: Channel) -> bool:

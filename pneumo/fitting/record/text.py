@@ -190,10 +190,8 @@ def _first_sample(path: Path, lines: Sequence[str]) -> _Table:
             words = True  # else a row of numbers with many empty fields
     runs = [run for run in runs if run[0] < HEAD_LINES]
     if not runs:
-        where = f"within the first {HEAD_LINES} lines"
-        raise InputError(
-            f"{path}: no numbers in columns {where}: export CSV with names and units in the first row"
-        )
+        problem = f"no numbers in columns within the first {HEAD_LINES} lines"
+        raise InputError(f"{path}: {problem}: export CSV with names and units in the first row")
     run = max(runs, key=len)
     index = run[0]
     # Of several the first: a tab, not spaces.
@@ -308,9 +306,8 @@ def _plain(column: pd.Series, decimal: str) -> np.ndarray:
     if column.dtype.kind in "iufb":
         return column.to_numpy()
     text = column.astype(object).where(column.notna(), "").astype(str).str.strip()
-    text = text.mask(
-        text.str.fullmatch(GROUPED[decimal]), text.str.replace(rf"[^\d{decimal}+-]", "", regex=True)
-    )
+    ungrouped = text.str.replace(rf"[^\d{decimal}+-]", "", regex=True)
+    text = text.mask(text.str.fullmatch(GROUPED[decimal]), ungrouped)
     if decimal == ",":
         text = text.mask(text.str.fullmatch(COMMA), text.str.replace(",", "."))
     return text.to_numpy(dtype=object)

@@ -272,10 +272,8 @@ def _law_table(fit: FitResult) -> Table:
     """Every parameter of the law whose parameters a configuration gets."""
     row = next(row for row in fit_rows(fit) if row[0] == fit.model_of_rig)
     heads = parameter_heads(fit)
-    cells = zip(heads, row[-len(heads) :], strict=True)
-    return _table(
-        fit.model_of_rig, ("parameter", "value (95 % interval)"), [pair for pair in cells if pair[1]]
-    )
+    rows = [pair for pair in zip(heads, row[-len(heads) :], strict=True) if pair[1]]
+    return _table(fit.model_of_rig, ("parameter", "value (95 % interval)"), rows)
 
 
 def full_order_table(rows: Sequence[Sequence[str]]) -> Table:
