@@ -190,9 +190,8 @@ def block(system: System, precision: str) -> Unit:
         *(Variable(f"{name}_start", real, (start,), described(name)) for name, start in starts.items()),
         *(Variable(outside.name(c.name), real, (number(c.value, precision),), c.comment) for c in constants),
     ]
-    failed = Variable(
-        "failed", "BOOL", ("FALSE",), "h, a volume, a pressure or a temperature is not positive"
-    )
+    problem = "h, a volume, a pressure or a temperature is not positive"
+    failed = Variable("failed", "BOOL", ("FALSE",), problem)
     outputs = [*(Variable(name, real, (start,), described(name)) for name, start in starts.items()), failed]
     internal = [
         *(Variable(name, real, last=(len(system.states) - 1,)) for name in ("state", "stage")),

@@ -81,12 +81,11 @@ def exported(
     what = "model name" if name is None else "--name"
     name = chosen.name if name is None else name
     stem = name if stem is None else stem
+    single = precision == "float" and target not in STEPPING
     problems = {
         f"--to {target}: no such target; there are {', '.join(TARGETS)}": target not in TARGETS,
         f"--precision {precision}: must be one of {', '.join(PRECISIONS)}": precision not in PRECISIONS,
-        f"--precision float: only with --to c and --to st; {target} computes in double precision": (
-            precision == "float" and target not in STEPPING
-        ),
+        f"--precision float: only with --to c and --to st; {target} computes in double precision": single,
         f"{what} {name!r}: must be letters, digits and _, no digit first; exported functions get this name": (
             not (name.isascii() and name.isidentifier())
         ),

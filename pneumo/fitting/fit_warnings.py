@@ -201,13 +201,11 @@ def place_text(residual: np.ndarray, x: np.ndarray, problem: Problem, period: fl
     squares = np.sum(means**2, axis=0)
     c = problem.plant.cylinder
     travel = (x[: blocks * length : length] - c.x_min) / c.stroke
+    first = np.arange(blocks) < BEGINNING * blocks
+    near_ends = np.minimum(travel, 1 - travel) < NEAR_END
     places = {
-        f"the residual is in the first {BEGINNING * len(x) * period:.2g} s, as with a soft start": (
-            np.arange(blocks) < BEGINNING * blocks
-        ),
-        "the residual is near the ends of the stroke, as with cushions": (
-            np.minimum(travel, 1 - travel) < NEAR_END
-        ),
+        f"the residual is in the first {BEGINNING * len(x) * period:.2g} s, as with a soft start": first,
+        "the residual is near the ends of the stroke, as with cushions": near_ends,
     }
     for text, inside in places.items():
         if 0 < inside.mean() <= MOST and squares[inside].sum() >= CONFINED * squares.sum():

@@ -121,9 +121,8 @@ def replay_one_by_one(
     moments, failed_at = np.empty((count, 2, 2)), np.empty((count, 2), np.int64)
     pressure = np.empty((count, 2, (samples - 1) // core.whole("stride", stride, 1) + 1))
     y = first_states(recording, lanes, sampling).copy()
-    core.lib.replay_scalar(
-        run, rule, rows, count, stride, *(core.out(a) for a in (y, moments, failed_at, pressure))
-    )
+    results = map(core.out, (y, moments, failed_at, pressure))
+    core.lib.replay_scalar(run, rule, rows, count, stride, *results)
     # The error at t = 0 is zero by construction and counts.
     mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
     status = np.where(failed_at >= 0, LEFT_RANGE, OK).astype(np.int8)
@@ -208,7 +207,6 @@ def replay_side_by_side(
         end = min(first + BLOCK, samples - 1)
         core.lib.replay_lanes(run, rule, first, end, W.struct, W.psi, W.terms, core.out(pressure))
         take(first + 1, pressure[: end - first, :, :count])
-    sums, squares = (
-        [W.row(of[side][0])[:count] for side in range(2)] for of in (W.struct.sum, W.struct.squares)
-    )
-    return np.array(sums).T / samples, np.array(squares).T / samples
+    sums = np.array([W.row(W.struct.sum[side][0])[:count] for side in range(2)])
+    squares = np.array([W.row(W.struct.squares[side][0])[:count] for side in range(2)])
+    return sums.T / samples, squares.T / samples

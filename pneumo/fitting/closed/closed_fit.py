@@ -56,12 +56,10 @@ def closed_record(measurement: Measurement, plant: Plant) -> ClosedRecord:
     gas = plant.gas
     cylinder = plant.cylinder
     t = measurement.t
-    x = measurement.x
-    x, areas = smoothed(t, x) + cylinder.stroke / 2, (cylinder.A_A, cylinder.A_B)
-    size = areas, cylinder.bore, cylinder.stroke
-    return ClosedRecord(
-        measurement.name, t, x, measurement.P, *size, gas.R, gas.gamma, c.T_amb, c.P_0 * c.T_0
-    )
+    x = smoothed(t, measurement.x) + cylinder.stroke / 2
+    size = (cylinder.A_A, cylinder.A_B), cylinder.bore, cylinder.stroke
+    of_gas = gas.R, gas.gamma, c.T_amb, c.P_0 * c.T_0
+    return ClosedRecord(measurement.name, t, x, measurement.P, *size, *of_gas)
 
 
 def fit_closed(

@@ -159,9 +159,8 @@ def _matlab(path: Path) -> list[Channel]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of objects that are no tables
             loaded = matio.load_from_mat(str(path), add_table_attrs=True)
-    squeezed = {
-        k: v.squeeze() if isinstance(v, np.ndarray) else v for k, v in loaded.items() if k[:2] != "__"
-    }
+    variables = {name: value for name, value in loaded.items() if not name.startswith("__")}
+    squeezed = {k: v.squeeze() if isinstance(v, np.ndarray) else v for k, v in variables.items()}
     return _nested(path, squeezed)
 
 

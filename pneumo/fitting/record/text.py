@@ -85,11 +85,10 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     above = lines[: table.line]
     header = _header(path, above, table)
     columns = _columns(path, content, table, len(header), encoding)
+    first_line = table.line + 1 - added
     named = zip(header, columns, strict=False)
-    channels = table_channels(
-        [c._replace(values=v, first_line=table.line + 1 - added) for c, v in named if not _is_setting(c.name)]
-    )
-    return with_stated_clock(channels, _settings(above, table.separator))
+    channels = [c._replace(values=v, first_line=first_line) for c, v in named if not _is_setting(c.name)]
+    return with_stated_clock(table_channels(channels), _settings(above, table.separator))
 
 
 def _is_setting(name: str) -> bool:
