@@ -257,15 +257,15 @@ class Simulation:
         return self._readings
 
     def _read(self) -> None:
-        """Take readings if they are due."""
-        sensors, late = self._sensors, ROUNDING * self.h
+        """Take readings if they are due: at multiples of the sample time since the start."""
+        sensors, tolerance = self._sensors, ROUNDING * self.h
         if sensors is None:
             self._readings = self.state
             return
-        if self.t < self._next_sample - late:
+        if self.t < self._next_sample - tolerance:
             return
         if sensors.sample_time:
-            self._next_sample = sensors.sample_time * (floor((self.t + late) / sensors.sample_time) + 1)
+            self._next_sample = sensors.sample_time * (floor((self.t + tolerance) / sensors.sample_time) + 1)
         readings = dict[str, float]()
         for signal, draw in zip(State._fields, self._noise.standard_normal(6).tolist(), strict=True):
             reading = getattr(self.state, signal) + sensors.noise.get(signal, 0.0) * draw

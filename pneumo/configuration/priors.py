@@ -21,7 +21,7 @@ from pneumo.quantities.table import GROUPS, QUANTITIES, STUDIED
 
 SIGMAS = 1.96  # half-width of a 95 % interval over the standard deviation
 K_0_FACTOR = 2.0  # of a given k_0: estimates of the same wall differ as much
-CATALOGUE_FLOW = 0.10  # of C as a data sheet prints it
+CATALOGUE_FLOW = 0.10  # of C or k_x_k_u without a stated uncertainty
 B_UNKNOWN = 0.15  # b from 0.15 to 0.45
 DEAD_VOLUME_UNKNOWN = log(2.5)  # as assumed where it is left out
 ZERO_UNSEEN = 5e-3  # m, of the zero of x where neither stops nor dead volumes show it

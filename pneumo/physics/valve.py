@@ -208,7 +208,7 @@ def port_flows(
     """Mass flows into and out of a chamber, kg/s, through one restriction; one of them is 0.
 
     A_t is the area of the restriction, m^2, P_port the pressure on its other side, Pa; P, Pa, and T, K, are
-    those of the chamber.
+    those of the chamber. Inflow has `conditions.T_in`, even from the atmosphere.
     """
     if P_port >= P:
         if valve.laminar:

@@ -77,7 +77,7 @@ def fit_closed(
     """
     plant = at_temperature(plant, measurement.T)
     record, at = closed_record(measurement, plant), plant.conditions
-    chambers, notes = fitted_chambers(record, plant, check)
+    chambers, notes = chambers_to_fit(record, plant, check)
     if check and (driven := float(np.mean(np.abs(measurement.u) > SHUT * plant.valve.u_max))) > SELDOM:
         raise InputError(
             f"{record.name}: column u: beyond {100 * SHUT:g} % of u_max in {100 * driven:.2g} % of samples:"
@@ -112,7 +112,7 @@ def fit_closed(
     )
 
 
-def fitted_chambers(record: ClosedRecord, plant: Plant, check: bool) -> tuple[list[int], list[str]]:
+def chambers_to_fit(record: ClosedRecord, plant: Plant, check: bool) -> tuple[list[int], list[str]]:
     """Sides, 0 or 1, of the chambers that can be fitted, and notes on the others.
 
     `InputError` if none can be fitted, or, with `check`, if chambers look swapped.
@@ -123,7 +123,7 @@ def fitted_chambers(record: ClosedRecord, plant: Plant, check: bool) -> tuple[li
         log_P, log_V = np.log(P), np.log(chamber.V_d + chamber.area * length)
         motion = np.std(log_V)
         means = np.array([block.mean() for block in np.array_split(P, BLOCKS)])
-        if np.ptp(means) <= VISIBLE * noise_of(P, P) / np.sqrt(len(P) / BLOCKS):
+        if np.ptp(means) <= VISIBLE * noise_of(P, residual=P) / np.sqrt(len(P) / BLOCKS):
             reasons.append(f"{name} does not change beyond its noise")
         elif motion > MOVED and np.std(log_P) < OPEN * motion:
             reasons.append(f"{name} hardly follows the piston: the chamber is open")

@@ -230,15 +230,15 @@ def _grid(path: Path, signals: Mapping[str, Series], closed: bool) -> tuple[floa
 def _within_range(
     signals: Mapping[str, Series], plant: Plant, grid: np.ndarray, closed: bool
 ) -> tuple[np.ndarray, list[str]]:
-    """Whether the pressures on the grid are within their sensors' ranges, by (chamber, sample), and notes.
+    """Whether a fit compares each pressure on the grid, by (chamber, sample), and notes on sensors' ranges.
 
-    Samples beside those at an end are not: noise has brought them back into the range.
+    It leaves out `saturated` samples and their neighbours, which noise may have brought back into the range.
     """
     used, notes = np.ones((2, len(grid)), dtype=bool), list[str]()
     for name in (name for name in (*SENSORS, "P_s") if name in signals):
         signal = signals[name]
         at_end = saturated(signal, plant)
-        compared = name in ("P_A", "P_B") and not closed
+        compared = name in ("P_A", "P_B") and not closed  # a fit of closed chambers compares all
         left_out = "no fit compares them or their neighbours with a model"
         notes += range_note(signal, at_end, left_out if compared else "fit a part of the record without them")
         if compared and at_end.any():

@@ -53,7 +53,7 @@ def check_clock(path: Path, signal: Series, closed: bool, *, sensor: bool) -> No
 
 
 def saturated(signal: Series, plant: Plant) -> np.ndarray:
-    """Whether a sample is at an end of its sensor's range."""
+    """Whether a sample is at an end of its sensor's range: the signal shows it, by repeated extremes."""
     values, c = signal.values, plant.conditions
     if signal.quantity == "x":  # a piston rests at its stops
         return at_end_of_range(values, (values.min(), values.max()))

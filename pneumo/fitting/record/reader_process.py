@@ -10,7 +10,7 @@ from typing import Any
 
 from pneumo.errors import InputError
 
-LARGEST_MEMORY = 800_000_000  # bytes that the process may have beyond those of its start
+LARGEST_MEMORY = 800_000_000  # bytes for the file and the library that reads it, besides those of pneumo
 LONGEST = 300.0  # s, for one file
 SERVE = "from pneumo.fitting.record.reader_process import serve; serve()"
 

@@ -63,7 +63,7 @@ class _Table(NamedTuple):
 
 
 def read_text(path: Path, content: bytes) -> list[Channel]:
-    """Channels of a text file.
+    """Channels of a text file; without a column of times they have the clock that the file states.
 
     `InputError` if there are no numbers in columns, no names above them, or too many rows or columns.
     """
@@ -85,7 +85,7 @@ def read_text(path: Path, content: bytes) -> list[Channel]:
     above = lines[: table.line]
     header = _header(path, above, table)
     columns = _columns(path, content, table, len(header), encoding)
-    first_line = table.line + 1 - added
+    first_line = table.line + 1 - added  # in the file as it is, for messages
     named = zip(header, columns, strict=False)
     channels = [c._replace(values=v, first_line=first_line) for c, v in named if not _is_setting(c.name)]
     return with_stated_clock(table_channels(channels), _settings(above, table.separator))
