@@ -38,8 +38,8 @@ def dP_dt(
     """Rate of pressure of a chamber, Pa/s: eq (4) where n_V, n_in and n_out are gamma, else a reduced model.
 
     P in Pa, T in K, V in m^3, dV_dt in m^3/s, mass flows m_in and m_out in kg/s. T_inlet, K, is the
-    temperature of the inflow: T_in, or T in models without mixing. `heat` is that from the wall into the air,
-    W. The indices n_V, n_in and n_out multiply the terms of volume, inflow and outflow.
+    temperature of the inflow: T_in, or T in models without mixing. `heat`, W, flows from the wall into the
+    air. The indices n_V, n_in and n_out multiply the terms of volume, inflow and outflow.
     """
     return (
         -n_V * P * dV_dt + R * (n_in * m_in * T_inlet - n_out * m_out * T) + (gamma - 1) * heat
