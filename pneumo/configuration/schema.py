@@ -75,8 +75,8 @@ class SupplySection(Section):
     )
 
     sag: Number | None = optional_key(
-        "fraction by which P_s_Pa falls at the largest flow, as `pneumo fit` finds it: for runs of the full"
-        " order; replays, linear models and exports have a constant supply",
+        "fraction by which P_s_Pa falls at the largest flow, and with the square of the flow, as `pneumo fit`"
+        " finds it: for runs of the full order; replays, linear models and exports have a constant supply",
         gt=0,
         lt=1,
     )

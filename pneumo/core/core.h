@@ -17,7 +17,7 @@ typedef struct { double e_A, e_PT; } WallLaw;
 typedef struct { Gas gas; Valve valve; Conditions conditions; Cylinder cylinder; double k_0; WallLaw wall; double sag; } Plant;
 typedef struct { bool closed_loop; double k_p, x_reverse; bool toggles, each_stage; double late; } Drive;
 typedef struct { bool exact, held, next_at_end; double delay[3]; int64_t every; } Sampling;
-enum { SUPPLY_LINE_MS = 50 }; /* time constant of the volume behind a supply that sags */
+enum { SUPPLY_LINE_MS = 10 }; /* time constant of the volume behind a supply that sags */
 enum { STAGES = 6 }; /* of Dormand and Prince's method */
 typedef struct { double n_V, n_in, n_out, a, mixing, flow_scale, wall_scale, e_A, e_PT, full; } Lane;
 typedef struct { double force, pressure, x_variance, pressure_variance; } Noise;

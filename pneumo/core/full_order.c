@@ -130,7 +130,8 @@ static double reversed_at(double x, double reference, double *sign, const Drive 
     return -reference;
 }
 
-/* Flow that the chambers draw from the supply at its full pressure, over the largest: by ISO 6358. */
+/* Flow that the chambers draw from the supply at its full pressure, over the largest: by ISO 6358. With its square the
+   pressure falls behind a line that obeys the same law. */
 static double drawn_flow(const double *y, double reference, const double *u_B, const Drive *drive, const Plant *plant) {
     const double u_max = plant->valve.u_max, b = plant->gas.critical_ratio;
     const double u = limited(command(reference, y[0], drive), u_max);
@@ -161,7 +162,7 @@ INLINE void run_with(const double *y_0, double *reference, const double *u_B, in
         const double *own = u_B ? u_B + k : NULL;
         if (sags) {
             drawn = decay * drawn + (1 - decay) * drawn_flow(before, reference[k], own, drive, plant);
-            sagging.conditions.P_s = plant->conditions.P_s * (1 - plant->sag * drawn);
+            sagging.conditions.P_s = plant->conditions.P_s * (1 - plant->sag * drawn * drawn);
         }
         const Driven driven = {reference[k], force, drive, sags ? &sagging : plant, own};
         for (int n = 0;; n++) {

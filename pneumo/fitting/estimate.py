@@ -24,6 +24,7 @@ from pneumo.fitting.least_squares import (
 from pneumo.fitting.residuals import residuals
 from pneumo.fitting.settings import LEVEL, MOST_STEPS, PART
 from pneumo.fitting.stage_signals import StageSignals
+from pneumo.fitting.supply_sag import sagging_supply
 from pneumo.fitting.wall_laws import wall_law_fits
 from pneumo.physics.models import Model, Wall
 from pneumo.quantities.table import FULL_ORDER, PARAMETERS, REPORTED, SHIFTING, STARTS, start_name
@@ -71,6 +72,7 @@ def estimate(
     both = of_noise + moved.T @ moved / LIMITS**2
     at_same_x = moved[[not name.endswith("of x") for name in SHIFTING]]
     of_next = max(of_noise, key=np.trace) + at_same_x.T @ at_same_x / LIMITS**2
+    sag, if_sagging = sagging_supply(problem, best, moved)
     laws = np.array([found.theta - best.theta for found in by_law.values()])
     values = problem.values(best.theta)
     low, high, scales = dict[str, float](), dict[str, float](), problem.scales
@@ -81,6 +83,7 @@ def estimate(
             shift = float(np.sqrt(np.sum(moved[:, i] ** 2)))
             least, most = np.log(np.maximum([1 - shift, 1 + shift], np.finfo(float).tiny))
             ends = min(ends[0], best.theta[i] + least), max(ends[1], best.theta[i] + most)
+        ends = min(ends[0], if_sagging[0, i]), max(ends[1], if_sagging[1, i])
         ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
         if PARAMETERS[name].group == "dead volume" and np.isfinite(ends[1]):  # it is never negative
             ends = max(ends[0], problem.bounds()[0, i]), ends[1]
@@ -113,6 +116,7 @@ def estimate(
         of_configuration=plant.conditions.P_s * misfit,
         at_bound=problem.at_bound(problem.inner(values)),
         held=tuple(held),
+        sag=sag,
         wall=wall,
         k_0_by_law={law: problem.values(found.theta).get("k_0", 0.0) for law, found in by_law.items()},
     )

@@ -60,6 +60,7 @@ class Estimate(NamedTuple):
     )
     at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
     held: tuple[str, ...] = ()  # parameters that the record leaves open: as configured, the others fitted so
+    sag: float = 0.0  # fraction by which the supply may sag, for which intervals allow
     wall: Wall = "lambda A_q"  # law of the wall
     k_0_by_law: Mapping[Wall, float] = MappingProxyType({})  # W/K, of each law that fits about as well
 

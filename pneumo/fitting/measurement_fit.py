@@ -31,6 +31,7 @@ from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.residuals import residuals, sensor_noise
 from pneumo.fitting.settings import DISTRUST, PART
 from pneumo.fitting.stage_signals import StageSignals, stage_signals
+from pneumo.fitting.supply_sag import sag_notes
 from pneumo.fitting.valve_signal import largest_command
 from pneumo.fitting.wall_laws import wall_law_notes
 from pneumo.physics.models import FULL, MODELS
@@ -113,7 +114,7 @@ def fit_measurement(
             *([CURVE_NOTE.format(record.largest)] if {*CURVE} <= {*also} else []),
             *undetermined_notes(best, logarithmic),
             *odd,
-            *(wall_law_notes(best) if has_full else ()),
+            *((*wall_law_notes(best), *sag_notes(best)) if has_full else ()),
             *dead_volume_notes(m, plant, known),
             *alike_notes(reduced),
         ),

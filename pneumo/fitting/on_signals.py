@@ -45,13 +45,14 @@ def supply_at_valve(
 ) -> np.ndarray | None:
     """Supply pressure as measured, less its sensor's offset, or as configured, Pa, by (step, stage).
 
-    It falls by a fraction `sag` at the largest flow where `value` has one. None if it is as configured.
+    It falls by a fraction `sag` at the largest flow where `value` has one, and with the square of the flow,
+    as behind a line that obeys ISO 6358. None if it is as configured.
     """
     measured = None if signals.P_s is None else signals.P_s - offset(signals.zeros, value, "P_s")
     if "sag" not in value:
         return measured
     upstream = plant.conditions.P_s if measured is None else measured
-    return upstream * (1 - value["sag"] * flow_fraction(signals, u, plant))[:, None] * np.ones(u.shape)
+    return upstream * (1 - value["sag"] * flow_fraction(signals, u, plant) ** 2)[:, None] * np.ones(u.shape)
 
 
 def flow_fraction(signals: StageSignals, u: np.ndarray, plant: Plant) -> np.ndarray:

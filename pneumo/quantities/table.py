@@ -101,6 +101,7 @@ PARAMETERS |= {
     for name in STARTS_OF_ONE
 }
 QUANTITIES |= PARAMETERS
+SAG = "sag"  # of the supply
 CAUSES = of_group("cause")
 CONFIGURED = of_group("configured", "atmosphere")
 CURVE = of_group("curve")
