@@ -1,7 +1,7 @@
 """Supplies that sag where no record shows it, and the wider intervals of a fit without the sag.
 
-A line lets the supply fall while a chamber fills. Where its pressure is not logged, a fit puts that into C, b,
-the exhaust path and k_0. One step of the search says how far they would move if the supply may sag too.
+A line lets the supply fall while a chamber fills. Where its pressure is not logged, a fit puts that into C,
+b, the exhaust path and k_0. One step of the search says how far they would move if the supply may sag too.
 """
 
 from dataclasses import replace
