@@ -77,12 +77,7 @@ def estimate(
     values = problem.values(best.theta)
     low, high, scales = dict[str, float](), dict[str, float](), problem.scales
     for i, name in ((i, name) for i, name in enumerate(problem.names) if name in intervals):
-        ends = parameter_interval(problem, best, i, both)
-        if PARAMETERS[name].group == "dead volume":
-            # A zero of x that is off moves it by as much volume, so the profile of the noise may be narrower.
-            shift = float(np.sqrt(np.sum(moved[:, i] ** 2)))
-            least, most = np.log(np.maximum([1 - shift, 1 + shift], np.finfo(float).tiny))
-            ends = min(ends[0], best.theta[i] + least), max(ends[1], best.theta[i] + most)
+        ends = _own_interval(problem, best, i, both, float(np.linalg.norm(moved[:, i])))
         ends = min(ends[0], if_sagging[0, i]), max(ends[1], if_sagging[1, i])
         ends = ends[0] + laws[:, i].min(), ends[1] + laws[:, i].max()
         if PARAMETERS[name].group == "dead volume" and np.isfinite(ends[1]):  # it is never negative
@@ -120,6 +115,20 @@ def estimate(
         wall=wall,
         k_0_by_law={law: problem.values(found.theta).get("k_0", 0.0) for law, found in by_law.items()},
     )
+
+
+def _own_interval(
+    problem: Problem, best: Solution, index: int, both: np.ndarray, shift: float
+) -> tuple[float, float]:
+    """Ends of a parameter's interval, on the scale of the search; `shift` is by what is configured.
+
+    A zero of x that is off moves a dead volume by as much, so the profile of the noise may be narrower.
+    """
+    ends = parameter_interval(problem, best, index, both)
+    if PARAMETERS[problem.names[index]].group != "dead volume":
+        return ends
+    least, most = best.theta[index] + np.log(np.maximum([1 - shift, 1 + shift], np.finfo(float).tiny))
+    return min(ends[0], least), max(ends[1], most)
 
 
 def as_configured(

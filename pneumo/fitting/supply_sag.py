@@ -40,7 +40,9 @@ def sagging_supply(problem: Problem, best: Solution, moved: np.ndarray) -> tuple
     left = replace(joint, residual=best.residual - J @ step)
     both = covariances(left)[:, :-1, :-1] + moved.T @ moved / LIMITS**2
     halves = np.max([expected_shifts(covariance) for covariance in both], axis=0)
-    return sag, constant + shift + np.array([-halves, halves])
+    low, high = constant + shift + np.array([-halves, halves])
+    least, most = problem.bounds()  # of the search, beyond which an end is open
+    return sag, np.array([np.where(low > least, low, -np.inf), np.where(high < most, high, np.inf)])
 
 
 def sag_notes(full: Estimate) -> list[str]:
