@@ -63,6 +63,7 @@ def made(
     held_out = [[(measured or {}).get(name, np.nan) for name in ROWS]] * len(experiments)
     data["measured"] = (("experiment", "row"), held_out)
     data["limits"] = ("experiment", ["C ± 10 %"] * len(experiments))
+    data["flow"] = ("experiment", ["Cv: 0.4 ± 3 %"] * len(experiments))
     data["swing"] = (dims[:2], np.full(shape[:2], SWING))
     data["run_status"] = (dims[:2], np.zeros(shape[:2], np.int8), {"flag_meanings": "ok diverged"})
     data["run_failure_time"] = (dims[:2], np.full(shape[:2], np.nan))

@@ -106,6 +106,7 @@ class Uncertain(NamedTuple):
     covariance: tuple[tuple[float, ...], ...]
     measured: Mapping[str, float] = MappingProxyType({})  #: by model, RMS error on data held out of a fit, Pa
     accuracy: Accuracy = MappingProxyType({})  #: of what a fit takes as configured
+    flow: str = ""  #: how to state the valve's flow with its accuracy; empty if that is known already
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -171,6 +172,7 @@ def _uncertain(configuration: Configuration, cylinder: str) -> Uncertain:
         covariance[C, b] = covariance[b, C] = slope * covariance[b, b]
         covariance[C, C] += slope**2 * covariance[b, b]
     measured: dict[str, float] = {}
+    fitted: list[str] = []
     if section.fitted:
         measured = {name: 1e3 * error for name, error in section.fitted.error_kPa.items()}
         fitted = [name for name in section.fitted.quantities if name in names]
@@ -180,7 +182,12 @@ def _uncertain(configuration: Configuration, cylinder: str) -> Uncertain:
         of_all = np.array(section.fitted.covariance).reshape((len(section.fitted.quantities),) * 2)
         covariance[np.ix_(place, place)] = of_all[np.ix_(of_fit, of_fit)]
     rows = tuple(tuple(row) for row in covariance.tolist())
-    return Uncertain(names, rows, measured, accuracy(configuration, cylinder=cylinder))
+    flow = ""
+    if section.valve and not section.valve.curve and "C" not in fitted:
+        key, value = section.valve.flow_as_given
+        if section.valve.uncertainty(key) is None:
+            flow = f"{key}: {value:g} ± 3 %"
+    return Uncertain(names, rows, measured, accuracy(configuration, cylinder=cylinder), flow)
 
 
 def _limits(configuration: Configuration, cylinder: str) -> dict[str, float]:

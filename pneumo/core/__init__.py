@@ -56,12 +56,7 @@ def out(values: np.ndarray) -> Any:
 
 
 def array(
-    name: str,
-    values: Any,
-    shape: tuple[int | None, ...],
-    dtype: type = np.float64,
-    *,
-    optional: bool = False,
+    name: str, values: Any, shape: tuple[int | None, ...], dtype: type = np.float64, *, optional: bool = False
 ) -> Any:
     """C pointer to an array that the core reads, copied only if it has another type or layout.
 

@@ -18,7 +18,6 @@ from pneumo.selection.error_budget import FULL_ORDER, NOISE, RECORD, Budget, Row
 from pneumo.selection.ranking import MATERIAL, Ranking, cost, rank_models
 
 ON_MEASURED_AIR = "1.5 to 2.6"  # kPa, RMS error of fitted full orders on parts held out: docs/measurements.md
-UNKNOWN_FILE = "CONFIGURATION.yaml"  # in a command, where the name is not known
 
 
 class Answer(NamedTuple):
@@ -50,8 +49,7 @@ class Answer(NamedTuple):
 
 def answers(cells: xr.Dataset) -> list[Answer]:
     """Answers for the cylinders in `cells` (from `cylinder_ranking.run_study`), in their order there."""
-    names = dict.fromkeys(cells["cylinder"].values.tolist())
-    return [answer(cells, name) for name in names]
+    return [answer(cells, name) for name in dict.fromkeys(cells["cylinder"].values.tolist())]
 
 
 def answer(cells: xr.Dataset, cylinder: str) -> Answer:
@@ -125,7 +123,7 @@ def export_command(answer: Answer, study: Study, files: Sequence[str] = ()) -> s
     if np.isfinite(n):
         words += ["--n", f"{n:g}"]
     words += ["--to", "c"]
-    for file in files or [UNKNOWN_FILE]:
+    for file in files or ["CONFIGURATION.yaml"]:
         words += ["--config", file]
     if not files or len({e.cylinder for e in study.experiments.values()}) > 1:
         words += ["--cylinder", cylinder]
@@ -177,12 +175,16 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
     """Steps that would make the answer more certain, and what it does not hold for, one line each."""
     lines: list[str] = []
     after, lowest = budget.after_record, budget.rows[0].rms
-    if budget.groups and budget.groups[0] == "dead volumes":
+    largest_cause = budget.groups[0] if budget.groups else ""
+    flow = cells["flow"][0].item() if "flow" in cells else ""
+    if largest_cause == "dead volumes":
         lines.append("The dead volumes matter most: give dead_volume_m3 (with tubes), or fit.")
+    if largest_cause == "valve" and flow:
+        lines.append(f"The valve matters most: give its accuracy ({flow}), or fit.")
     if lowest**2 > after**2 + NOISE**2:  # what a record gains, sensors show
         lines.append(
-            f"After a {RECORD:g} s record and a fit: {_kpa(after)} in theory,"
-            f" {ON_MEASURED_AIR} on measured air (without a servo valve)."
+            f"After a {RECORD:g} s record and a fit: {_kpa(after)} if the full order were exact; on public"
+            f" records of real air, none with a servo valve, it was {ON_MEASURED_AIR} kPa."
         )
     both = {row.model: (row.rms**2 + row.stroke**2) ** 0.5 for row in budget.rows}
     if not np.isnan(chosen.stroke) and chosen.model not in (best := _within(both)):

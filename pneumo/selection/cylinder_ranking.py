@@ -196,11 +196,13 @@ def drawn_errors(
     measured = [[uncertain.measured.get(name, np.nan) for name in ROWS]] * len(experiments)
     on_record = {"units": "Pa", "long_name": "RMS error on the part of a record that its fit did not see"}
     limits = ["; ".join(map(uncertain.text, uncertain.names))] * len(experiments)
+    flow = [uncertain.flow] * len(experiments)
     cells = xr.Dataset(
         {
             "mse_drawn": (("experiment", "draw", "row", "chamber"), errors(deviations), about),
             "measured": (("experiment", "row"), measured, on_record),
             "limits": ("experiment", limits, {"long_name": "95 % limits within which quantities are known"}),
+            "flow": ("experiment", flow, {"long_name": "key of the valve's flow with an accuracy"}),
         },
         {"chamber": CHAMBERS, "row": list(ROWS)},
     )

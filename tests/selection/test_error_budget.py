@@ -207,8 +207,31 @@ def test_a_measurement_decides_before_the_simulation():
 def test_the_error_after_a_record_is_given_if_sensors_would_notice_the_gain(after, said):
     cells = made(unknown={"valve": 50.0}).assign(after_record=("experiment", [after]))
     advice = " ".join(answered(cells).advice)
-    words = f"After a 10 s record and a fit: 0.4 kPa in theory, {ON_MEASURED_AIR} on measured air (without"
-    assert (words in advice) == ("After a" in advice) == said
+    words = "After a 10 s record and a fit: 0.4 kPa if the full order were exact"
+    assert (words in advice) == (f"it was {ON_MEASURED_AIR} kPa" in advice) == ("After a" in advice) == said
+
+
+@pytest.mark.parametrize(
+    ("cause", "word"), [("valve", "(Cv: 0.4 ± 3 %)"), ("dead volumes", "dead_volume_m3")]
+)
+def test_the_largest_cause_comes_with_the_key_that_makes_it_smaller(cause, word):
+    advice = answered(made(unknown={cause: 50.0, "supply": 1.0})).advice
+    assert f"The {cause} matter" in advice[0] and word in advice[0]
+
+
+@pytest.mark.parametrize(
+    ("given", "flow"),
+    [
+        ("C_dm3_per_sbar: 1.5", "C_dm3_per_sbar: 1.5 ± 3 %"),
+        ("Cv: 0.4", "Cv: 0.4 ± 3 %"),
+        ("C_dm3_per_sbar: 1.5 ± 2 %", ""),
+        ("curve: {u_V: [0, 10], C_dm3_per_sbar: [0, 1.5]}", ""),
+    ],
+)
+def test_a_flow_without_accuracy_is_shown_with_one(given, flow, tmp_path):
+    file = tmp_path / "my.yaml"
+    file.write_text(TEMPLATE.read_text().replace("C_dm3_per_sbar: 1.5", given, 1))
+    assert uncertainties(load(file))["mine"].flow == flow
 
 
 def test_the_error_on_measured_air_is_that_of_the_evidence():

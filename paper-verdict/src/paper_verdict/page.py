@@ -189,10 +189,11 @@ def _lines(verdict: Mapping[str, Any]) -> Iterable[str]:
         of_what.append("of the number itself where its logarithm is printed")
     yield (
         "<p>Here numbers are counted. A deviation is reproduced minus printed, in per cent of"
-        f" {', '.join(of_what)}. The largest may be that of a number that agrees.</p>"
+        f" {', '.join(of_what)}. The largest of all deviations may be"
+        " that of a number that agrees.</p>"
     )
     yield _table(
-        ["of the paper", "result", "largest deviation", "free choices", "file"],
+        ["of the paper", "result", "largest of all deviations", "free choices", "file"],
         [_line(place, verdict["headline"]["choices"]) for place in verdict["places"] if place["judged"]],
         "plain lines",
     )
@@ -226,7 +227,7 @@ def _line(place: Row, choices: int) -> str:
         picture = f'<a href="{escape(place["link"])}">{escape(place["link"].rpartition("/")[2])}</a>'
     cells = {
         "": f"{badge(place['status'])} {marked(agree_text(place))}",
-        "largest deviation": largest,
+        "largest of all deviations": largest,
         "free choices": chosen,
         "file": picture,
     }
@@ -411,7 +412,7 @@ def _facts(verdict: Mapping[str, Any], about: Row) -> Iterable[str]:
     words = (
         "A seed deviation is the standard deviation over other random numbers. Tolerances differ from number"
         " to number, so that a smaller deviation may differ where a larger one agrees. An assumption with"
-        " several values counts as that many free choices."
+        " several values counts as one free choice for each value."
     )
     if any(fact["chosen"] for fact in verdict["facts"]):
         words += (
@@ -444,8 +445,11 @@ def _fact(fact: Row, verdict: Mapping[str, Any], groups: Sequence[tuple[str, ...
     chosen = _choice_links(fact["chosen"])
     if tuple(fact["chosen"]) in groups:
         number = groups.index(tuple(fact["chosen"])) + 1
-        chosen = f'<a href="#choices-{number}">group {number}</a>'
-    spent = f" Free choices: {chosen}; they use up {fact['spent']} of its {fact['items']} degrees of freedom."
+        chosen = f'<a href="#choices-{number}">group {number}</a> (listed above)'
+    spent = (
+        f" Free choices: {chosen}. They use up {fact['spent']} of the {fact['items']} degrees of freedom of"
+        " this fact's numbers."
+    )
     why = f"{marked(fact['why'])}. " if fact["why"] else ""
     return (
         f'<details class="fact" id="fact-{_id(fact["name"])}"><summary>{badge(fact["status"])}'

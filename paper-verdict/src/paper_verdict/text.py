@@ -139,7 +139,8 @@ def item_text(item: Mapping[str, Any], errata: Mapping[str, Any]) -> str:
     for name in item["errata"]:
         erratum = errata[name]
         lines.append(("erratum", f"{name}: {erratum['printed']} -> {erratum['meant']}"))
-        lines.append(("proof", f"{PROVED[erratum['passes']]}: {erratum['evidence']}"))
+        label = "indication" if erratum["items"] else "proof"  # with items of its own it is only suspected
+        lines.append((label, f"{PROVED[erratum['passes']]}: {erratum['evidence']}"))
     lines += [("print", item["source"]), ("evidence", cell_text(item))]
     wrapped = textwrap.TextWrapper(TEXT_WIDTH, subsequent_indent=" " * 16, break_long_words=False)
     filled = (wrapped.fill(f"  {label:14}{text}") for label, text in lines if text)

@@ -195,16 +195,12 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     ranked = sorted(reduced, key=lambda name: at_one_n[name])
     best = ranked[0]
     headline = (
-        f"With one n for all runs, {best} comes nearest to the full simulation of the air in a cylinder:"
-        f" off by {at_one_n[best]:#.2g} kPa RMS, or {kpa[best]} kPa with the best n for each run"
+        f"Of the simple models of the air in a cylinder, {best} comes nearest to the full simulation: off by"
+        f" {at_one_n[best]:#.2g} kPa RMS with one n for all runs, {kpa[best]} kPa with the best n for each"
     )
-    free = [name for name in ranked if MODELS[name].wall == "none"]
-    if free and MODELS[best].wall != "none":
-        headline += (
-            f". {free[0]}, which needs no k_0, is off by {at_one_n[free[0]]:#.2g} or {kpa[free[0]]} kPa"
-        )
-    text = []
+    advice: list[str] = []
     if walls:
+        headline = f"For a machine, take the full simulation. {headline}"
         factors = {conductance_factor(e.plant.cylinder.bore) for e in study.experiments.values()}
         known = " to ".join(dict.fromkeys(f"{factor:.2g}" for factor in sorted(factors)))
         errors = " to ".join(dict.fromkeys(kpa[name] for name in walls))
@@ -216,19 +212,25 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
                 f" {_subject(better)} off by less than {kpa[worst]} kPa, but only with the right k_0 and the"
                 " best n for each run, which nobody knows beforehand."
             )
-        text.append(
-            f"For a machine, take the full order itself: even if k_0, the wall's conductance, is wrong by a"
-            f" factor of {known} (how well it is known from {measured_cylinders()}), it is off by only"
-            f" {errors} kPa.{tuned} M7 to M10 drift in a closed chamber: never take them where a machine"
-            " starts vented or rests with the valve shut.\n"
+        advice.append(
+            f"Even if k_0, the wall's conductance, is wrong by a factor of {known} (how well it is known from"
+            f" {measured_cylinders()}), the full simulation is off by only {errors} kPa.{tuned} M7 to M10"
+            " drift in a closed chamber: never take them where a machine starts vented or rests with the"
+            " valve shut."
         )
-    text.append(
+    free = [name for name in ranked if MODELS[name].wall == "none"]
+    if free and MODELS[best].wall != "none":
+        advice.append(
+            f"{free[0]}, which needs no k_0, is off by {at_one_n[free[0]]:#.2g} kPa with one n for all runs,"
+            f" {kpa[free[0]]} kPa with the best n for each."
+        )
+    text = [
         f"The full order (the full simulation) computes pressure and temperature of each chamber, the simple"
         f" models M1 to M10 the pressure alone, with a polytropic index n. They were compared {over} with the"
         " right k_0 and the same command and motion, exact here, sampled every millisecond in the paper."
         f" {best}'s {at_one_n[best]:#.2g} kPa are {100 * at_one_n[best] / swing:.2g} % of the pressures'"
         " swing."
-    )
+    ]
     wins = Counter(min(reduced, key=lambda name: square[name][run]) for run in range(len(runs)))
     if len(runs) > 1:
         (first, most), *others = wins.most_common()
@@ -238,7 +240,8 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     numbers = (factor * 10.0**power for power in range(-9, 9) for factor in (1, 2, 5))
     ticks = [(f"{tick:g}", axis_fraction(tick, low, high)) for tick in numbers if low <= tick <= high]
     rows = [(_model(name), kpa[name], axis_fraction(value, low, high)) for name, value in rms.items()]
-    return Overview(headline, " ".join(text), rows, ticks)
+    paragraphs = [" ".join(sentences) for sentences in (advice, text) if sentences]
+    return Overview(headline, "\n".join(paragraphs), rows, ticks)
 
 
 def _subject(names: Sequence[str]) -> str:
