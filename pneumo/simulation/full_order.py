@@ -98,14 +98,14 @@ def failure(states: np.ndarray) -> tuple[int, int]:
 
     A signal that is NaN at the first step was not measured; it is ignored.
     """
-    measured = states[:, ~np.isnan(states[0])]
-    positive = np.all((states[:, 2:] > 0) | np.isnan(states[0, 2:]), axis=1)
-    finite = np.all(np.isfinite(measured), axis=1)
-    failed = ~(finite & positive)
-    if not failed.any():
+    missing = np.isnan(states[0])
+    finite = np.isfinite(states) | missing
+    positive = (states[:, 2:] > 0) | missing[2:]
+    if finite.all() and positive.all():
         return RAN, -1
+    failed = ~(finite.all(axis=1) & positive.all(axis=1))
     step = int(failed.argmax())
-    return (NOT_POSITIVE if finite[step] else DIVERGED), step
+    return (NOT_POSITIVE if finite[step].all() else DIVERGED), step
 
 
 class Recording(NamedTuple):
