@@ -22,6 +22,7 @@ INTERVALS = 240  # of a run, for which errors of every step are stored
 CLOSE_UP = 2.0  # s, from a third of the run on, in finer samples and intervals
 CLOSE_UP_SAMPLE = 0.005  # s, at most
 CLOSE_UP_INTERVAL = 0.25  # s
+PIECE = 512  # steps whose pressures, of all lanes, fit into a processor's cache
 COMMON_N = 1.35  # beside each model's best n
 CHOICES = ("best", "common")  # of n
 # Full orders with a wrong k_0 -> sign in the exponent of the factor within which an unmeasured one is known.
@@ -94,7 +95,10 @@ class ErrorsOfRun:
         end = first + len(P)
         # Steps side by side in memory, along which `reduceat` is several times faster.
         error = np.empty((2, len(lanes), len(P)))
-        np.subtract(self.full[first:end].T[:, None], P.transpose(1, 2, 0), out=error)
+        full = self.full[first:end].T[:, None]
+        for part in range(0, len(P), PIECE):
+            piece = slice(part, part + PIECE)
+            np.subtract(full[..., piece], P[piece].transpose(1, 2, 0), out=error[..., piece])
         within = self.begins[(self.begins > first) & (self.begins < end)] - first
         parts = np.array([0, *within])
         interval = np.searchsorted(self.begins, first, "right") - 1
