@@ -220,8 +220,8 @@ def wrong_conductance(results: Path) -> dict[str, str]:
 
     Also the experiments in which the former is worse than the best reduced model there.
     """
-    errors = []
-    ratios = []
+    errors: list[xr.DataArray] = []
+    ratios: list[xr.DataArray] = []
     for file in sorted((results / "exact/traces").glob("*.nc")):
         with xr.open_dataset(file) as traces:
             edges = [*traces["edge"].values, traces["t"].values[-1]]

@@ -194,13 +194,14 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     at_one_n = {name: _at_one_n(runs, name) for name in reduced}
     ranked = sorted(reduced, key=lambda name: at_one_n[name])
     best = ranked[0]
+    lead = "For a machine, take the full simulation. " if walls else ""
+    truth = "it" if walls else "the full simulation"
     headline = (
-        f"Of the simple models of the air in a cylinder, {best} comes nearest to the full simulation: off by"
-        f" {at_one_n[best]:#.2g} kPa RMS with one n for all runs, {kpa[best]} kPa with the best n for each"
+        f"{lead}Of the simple models, {best} comes nearest to {truth}: off by {at_one_n[best]:#.2g} kPa RMS"
+        f" with one n for all runs, {kpa[best]} kPa with the best n for each"
     )
     advice: list[str] = []
     if walls:
-        headline = f"For a machine, take the full simulation. {headline}"
         factors = {conductance_factor(e.plant.cylinder.bore) for e in study.experiments.values()}
         known = " to ".join(dict.fromkeys(f"{factor:.2g}" for factor in sorted(factors)))
         errors = " to ".join(dict.fromkeys(kpa[name] for name in walls))
