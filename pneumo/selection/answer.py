@@ -205,7 +205,7 @@ def _advice(cells: xr.Dataset, ranking: Ranking, budget: Budget, chosen: Row) ->
     if chosen.n in edges:  # neither isothermal nor adiabatic
         lines.append(f"A wider grid: the best n of {chosen.model} is the first or last of the list n.")
     winners = ranking.by_experiment.idxmin(axis="columns")
-    if {*winners} != {ranking.table.index[0]}:
+    if chosen.model != FULL_ORDER and {*winners} != {ranking.table.index[0]}:
         listed = ", ".join(f"{name} {model}" for name, model in winners.items())
         lines.append(f"Best reduced model by experiment if all is known: {listed}.")
     return lines
