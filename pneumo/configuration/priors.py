@@ -149,7 +149,8 @@ def plant_with(plant: Plant, names: tuple[str, ...], deviations: np.ndarray) -> 
         values["b"] = min(max(values["b"], LEAST_B), MOST_B)
     plant = with_values(plant, values)
     if "linearity" in values:
-        plant = plant._replace(valve=plant.valve.with_linearity(values["linearity"]))
+        # Below -0.25 the openings of small commands would be negative.
+        plant = plant._replace(valve=plant.valve.with_linearity(max(values["linearity"], -0.25)))
     c = plant.conditions
     return plant._replace(conditions=c._replace(P_s=max(c.P_s, 1.05 * c.P_atm)))
 

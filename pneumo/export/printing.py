@@ -102,7 +102,7 @@ def digits(value: float) -> str:
 
 
 def heading(system: System, mark: str = "") -> str:
-    """Comment at the head of a file: system, units and range of validity; each line begins with `mark`."""
+    """Comment: system (line 1, also of FMUs), units and range of validity; each line begins with `mark`."""
     model, dead_time = system.model, system.valve and system.dynamics.dead_time
     index = f" at n = {system.n:g}" if model and model.has_n else ""
     cylinder = "a servo-pneumatic cylinder"

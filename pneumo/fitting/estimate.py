@@ -49,7 +49,7 @@ def estimate(
         Names of the parameters that get an interval.
     reference : numpy.ndarray, optional
         Best known pressures without noise, Pa, by (chamber, sample). Intervals then allow for the model's
-        own error, which is its difference from these.
+        own error, which is its difference from these, and no parameter is `held` as configured.
     known
         Accuracy of what is configured and not fitted; intervals then allow for it.
     start

@@ -258,18 +258,18 @@ def chamber_flows(
     """
     if valve.paths.knots:
         ratios = valve.paths.b[side] if valve.paths.b else ()
-        return path_flows(valve.paths.openings(u, side), ratios, P, T, valve, gas, conditions)
-    A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
-    if u >= 0:
-        P_port, P_other = conditions.P_s, conditions.P_atm
+        m_in, m_out = path_flows(valve.paths.openings(u, side), ratios, P, T, valve, gas, conditions)
     else:
-        P_port, P_other = conditions.P_atm, conditions.P_s
-        A_t *= valve.exhaust
-    if not valve.leak:
-        return port_flows(A_t, P_port, P, T, valve, gas, conditions)
-    m_in, m_out = port_flows(A_t + valve.leak, P_port, P, T, valve, gas, conditions)
-    leak_in, leak_out = port_flows(valve.leak, P_other, P, T, valve, gas, conditions)
-    m_in, m_out = m_in + leak_in, m_out + leak_out
+        A_t = valve.k_xu * abs(u)  # (2), with the magnitude that the printed u < 0 case leaves out
+        if u >= 0:
+            P_port, P_other = conditions.P_s, conditions.P_atm
+        else:
+            P_port, P_other = conditions.P_atm, conditions.P_s
+            A_t *= valve.exhaust
+        m_in, m_out = port_flows(A_t + valve.leak, P_port, P, T, valve, gas, conditions)
+        if valve.leak:
+            leak_in, leak_out = port_flows(valve.leak, P_other, P, T, valve, gas, conditions)
+            m_in, m_out = m_in + leak_in, m_out + leak_out
     if valve.net_leak:
         return max(m_in - m_out, 0.0), max(m_out - m_in, 0.0)
     return m_in, m_out

@@ -80,7 +80,7 @@ def atomic(path: Path) -> Generator[Path]:
 def output_folder(folder: Path) -> Generator[None]:
     """Make a folder for output and lock it while the `with` block runs; remove it afterwards if it is empty.
 
-    `InputError` if it cannot be written, or if another process has the lock. Windows has no such lock.
+    `InputError` if it cannot be written, or is locked already. On Windows it is neither locked nor removed.
     """
     check_output(folder)
     folder.mkdir(parents=True, exist_ok=True)

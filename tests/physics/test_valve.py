@@ -128,9 +128,16 @@ def test_leak_is_a_restriction_to_either_port_beside_the_valve(plant, u, P, T, l
     assert [m_in, m_out] == pytest.approx(expected, rel=8 * EPS)
 
 
-@given(some.plants(), some.voltages(), some.pressures(), some.temperatures(), st.floats(1e-12, 1e-6))
-def test_net_leak_passes_the_difference_of_both_flows(plant, u, P, T, leak):
-    valve = plant.valve._replace(leak=leak)
+@given(
+    some.plants(),
+    some.voltages(),
+    some.pressures(),
+    some.temperatures(),
+    st.floats(1e-12, 1e-6),
+    st.booleans(),
+)
+def test_net_leak_passes_the_difference_of_both_flows(plant, u, P, T, leak, curved):
+    valve = plant.valve._replace(leak=leak).with_linearity(0.05 if curved else 0.0)
     m_in, m_out = chamber_flows(u, P, T, valve, plant.gas, plant.conditions)
     net = chamber_flows(u, P, T, valve._replace(net_leak=True), plant.gas, plant.conditions)
     assert net == (max(m_in - m_out, 0), max(m_out - m_in, 0))
