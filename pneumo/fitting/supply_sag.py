@@ -20,8 +20,9 @@ SHOWN = 5e-3  # sag that a note names
 def sagging_supply(problem: Problem, best: Solution, moved: np.ndarray) -> tuple[float, np.ndarray]:
     """Sag of the supply, a fraction of P_s at full flow, and what intervals would then be.
 
-    Their ends, shape (2, parameter), are on the scale of the search; both are the minimum `best` where the
-    supply does not sag, or can't. `moved`, shape (quantity, parameter), are the shifts by what is configured.
+    The sag is zero where its own interval contains zero. The ends, shape (2, parameter), are on the scale of
+    the search; both are the minimum `best` where the supply does not sag, or can't. `moved`, shape
+    (quantity, parameter), are the shifts by what is configured.
     """
     constant = np.array([best.theta, best.theta])
     if SAG in problem.names or problem.model.name != FULL_ORDER or problem.signals.P_s is not None:
@@ -38,11 +39,14 @@ def sagging_supply(problem: Problem, best: Solution, moved: np.ndarray) -> tuple
     if not sag > 0:
         return 0.0, constant
     left = replace(joint, residual=best.residual - J @ step)
-    both = covariances(left)[:, :-1, :-1] + moved.T @ moved / LIMITS**2
+    both = covariances(left)
+    of_sag = max(expected_shifts(covariance)[-1] for covariance in both)
+    both = both[:, :-1, :-1] + moved.T @ moved / LIMITS**2
     halves = np.max([expected_shifts(covariance) for covariance in both], axis=0)
     low, high = constant + shift + np.array([-halves, halves])
     least, most = problem.bounds()  # of the search, beyond which an end is open
-    return sag, np.array([np.where(low > least, low, -np.inf), np.where(high < most, high, np.inf)])
+    found = sag if sag > of_sag else 0.0
+    return found, np.array([np.where(low > least, low, -np.inf), np.where(high < most, high, np.inf)])
 
 
 def sag_notes(full: Estimate) -> list[str]:

@@ -29,7 +29,7 @@ from paper_verdict.text import agree_text, cell_text, deviation_text, size_text,
 LOOKS = {  # status -> class of the style sheet, symbol for readers without colour, and meaning
     AGREES: ("agrees", "=", "equal at the printed digits, or within its tolerance"),
     SCATTER: ("scatter", "≈", "other random numbers change it as much"),
-    MISPRINT: ("misprint", "†", "the paper's own numbers prove that the print is wrong"),
+    MISPRINT: ("misprint", "†", "a proof shows that the print is wrong"),
     EXPLAINED: ("explained", "≠", "for a reason that is stated, but not proved"),
     UNEXPLAINED: ("unexplained", "!", "no reason was found"),
     NOT_JUDGED: ("unjudged", "·", "cannot fail, or was not run"),
@@ -182,14 +182,12 @@ def _lines(verdict: Mapping[str, Any]) -> Iterable[str]:
     """A line for each table and figure with a verdict, and one for all others."""
     yield '<section aria-labelledby="lines"><h2 id="lines">Table by table, figure by figure</h2>'
     measures = {item["tolerance"]["measure"] for item in verdict["items"]}
-    of_what = ["the printed number"]
-    if "sigma" in measures:
-        of_what.append("of σ for a mean error")
+    other = "; for a mean error, of σ" if "sigma" in measures else ""
     if any(item["unit"].startswith(LOGARITHM) for item in verdict["items"]):
-        of_what.append("of the number itself where its logarithm is printed")
+        other += "; where the logarithm of a number is printed, of the number itself"
     yield (
-        "<p>Here numbers are counted. A deviation is reproduced minus printed, in per cent of"
-        f" {', '.join(of_what)}. The largest of all deviations may be"
+        "<p>Here numbers are counted. A deviation is reproduced minus printed, in per cent of the printed number"
+        f"{other}. The largest of all deviations may be"
         " that of a number that agrees.</p>"
     )
     yield _table(

@@ -165,7 +165,7 @@ def _errors(cells: xr.Dataset, least: np.ndarray) -> tuple[list[float], dict[str
 class Overview(NamedTuple):
     """What a reader learns first: headline, sentences, and a figure of every model's error."""
 
-    headline: str = "How far is each simple model of the air from the full simulation?"
+    headline: str = "How far is each simple model of the air from the full order?"
     text: str = "No model ran through every experiment."
     rows: Sequence[tuple[dict[str, Any], str, float]] = ()  #: model, error in kPa, place on the axis
     ticks: Sequence[tuple[str, float]] = ()  #: error in kPa, place on the axis, from 0 to 1
@@ -194,8 +194,8 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     at_one_n = {name: _at_one_n(runs, name) for name in reduced}
     ranked = sorted(reduced, key=lambda name: at_one_n[name])
     best = ranked[0]
-    lead = "For a machine, take the full simulation. " if walls else ""
-    truth = "it" if walls else "the full simulation"
+    lead = "For a machine, take the full order. " if walls else ""
+    truth = "it" if walls else "the full order"
     headline = (
         f"{lead}Of the simple models, {best} comes nearest to {truth}: off by {at_one_n[best]:#.2g} kPa RMS"
         f" with one n for all runs, {kpa[best]} kPa with the best n for each"
@@ -214,8 +214,8 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
                 " best n for each run, which nobody knows beforehand."
             )
         advice.append(
-            f"Even if k_0, the wall's conductance, is wrong by a factor of {known} (how well it is known from"
-            f" {measured_cylinders()}), the full simulation is off by only {errors} kPa.{tuned} M7 to M10"
+            f"The full order is off by only {errors} kPa even if k_0, the wall's conductance, is wrong by a"
+            f" factor of {known}, which is how well {measured_cylinders()} show it.{tuned} M7 to M10"
             " drift in a closed chamber: never take them where a machine starts vented or rests with the"
             " valve shut."
         )
@@ -226,9 +226,9 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
             f" {kpa[free[0]]} kPa with the best n for each."
         )
     text = [
-        f"The full order (the full simulation) computes pressure and temperature of each chamber, the simple"
-        f" models M1 to M10 the pressure alone, with a polytropic index n. They were compared {over} with the"
-        " right k_0 and the same command and motion, exact here, sampled every millisecond in the paper."
+        "The full order computes pressure and temperature of each chamber, the simple models M1 to M10 the"
+        f" pressure alone, with a polytropic index n. They were compared {over} with the right k_0 and the same"
+        " command and motion. These signals are exact here; in the paper they were sampled every millisecond."
         f" {best}'s {at_one_n[best]:#.2g} kPa are {100 * at_one_n[best] / swing:.2g} % of the pressures'"
         " swing."
     ]

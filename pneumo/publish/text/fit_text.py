@@ -21,7 +21,7 @@ def answer_text(fit: FitResult) -> str:
     swing = rms_of_chambers(fit.data["P"].std("t").values)
     error = fit.error(first)
     name = "The full order" if first == FULL_ORDER else first[0].upper() + first[1:]
-    text = f"{name} predicts the part held out best: {error / KILO:.3g} kPa RMS"
+    text = f"{name} predicts the part held out best: {error / KILO:.3g} kPa RMS with the sensors' noise"
     text += f", {100 * error / swing:.2g} % of the pressures' swing"
     if best != first:
         other = "law" if fit.closed else "reduced model"
