@@ -97,9 +97,7 @@ def numbers_of(plant: Plant) -> dict[str, float]:
 def _template() -> str:
     """The template of `pneumo init`, in which {{key}} marks the values that the page fills in."""
     text = TEMPLATE.read_text(encoding="utf-8").replace("C_dm3_per_sbar: 1.5", f"{FLOW}: 1", 1)
-    text = text.replace(
-        "# sonic conductance from supply to chamber, fully open", "# nominal flow, fully open", 1
-    )
+    text = text.replace("# sonic conductance from supply to chamber", "# nominal flow", 1)
     for key in ("P_s_Pa", "bore_mm", "stroke_mm", "rod_mm", "mass_kg", FLOW):
         text = re.sub(
             rf"^( *)(?:#~ )?{key}: [^ \n]+", rf"\1{key}: {{{{{key}}}}}", text, count=1, flags=re.MULTILINE

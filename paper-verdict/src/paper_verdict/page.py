@@ -186,9 +186,8 @@ def _lines(verdict: Mapping[str, Any]) -> Iterable[str]:
     if any(item["unit"].startswith(LOGARITHM) for item in verdict["items"]):
         other += "; where the logarithm of a number is printed, of the number itself"
     yield (
-        "<p>Here numbers are counted. A deviation is reproduced minus printed, in per cent of the printed number"
-        f"{other}. The largest of all deviations may be"
-        " that of a number that agrees.</p>"
+        "<p>Here numbers are counted. A deviation is reproduced minus printed, in per cent of the printed"
+        f" number{other}. The largest of all deviations may be that of a number that agrees.</p>"
     )
     yield _table(
         ["of the paper", "result", "largest of all deviations", "free choices", "file"],

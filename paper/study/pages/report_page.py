@@ -227,8 +227,8 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
         )
     text = [
         "The full order computes pressure and temperature of each chamber, the simple models M1 to M10 the"
-        f" pressure alone, with a polytropic index n. They were compared {over} with the right k_0 and the same"
-        " command and motion. These signals are exact here; in the paper they were sampled every millisecond."
+        f" pressure alone, with a polytropic index n. They were compared {over} with the right k_0 and the"
+        " same command and motion. These are exact here; in the paper they were sampled every millisecond."
         f" {best}'s {at_one_n[best]:#.2g} kPa are {100 * at_one_n[best] / swing:.2g} % of the pressures'"
         " swing."
     ]
