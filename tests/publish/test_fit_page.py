@@ -144,7 +144,7 @@ def test_page_is_readable_on_a_phone_in_both_schemes(scheme, a_fit, visit, tmp_p
 
 
 def test_the_page_begins_with_the_best_model_and_the_next_experiment(a_fit):
-    assert answer_text(a_fit).startswith("M8 predicts the part held out best: 1 kPa RMS, ")
+    assert answer_text(a_fit).startswith("M8 predicts the part held out best: 1 kPa RMS")
     assert next_experiments(a_fit) == []  # without the full order no light
     sure, unsure = (of_full_order(a_fit, factor) for factor in (1.1, 4.0))
     assert next_experiments(sure) == []
