@@ -30,6 +30,7 @@ def sagging_supply(problem: Problem, best: Solution, moved: np.ndarray) -> tuple
     sagging = replace(problem, fixed={**problem.fixed, SAG: SMALL})
     P = replayed_pressures(sagging, best.theta[None])[0]
     slope = (best.residual - problem.signals.residual(P) / problem.plant.conditions.P_s) / SMALL
+    slope = np.nan_to_num(slope, nan=0.0, posinf=0.0, neginf=0.0)  # where a replay failed
     J = np.concatenate([best.jacobian, slope[..., None]], axis=-1)
     joint = replace(
         best, theta=np.append(best.theta, 0.0), prior=np.append(best.prior, 0.0), derivatives=lambda: J
