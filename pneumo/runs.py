@@ -13,6 +13,7 @@ from pneumo.configuration.experiment import MOST_HALVINGS, Drive, Plant
 from pneumo.configuration.sampling import EXACT_SAMPLING, INTERPOLATED
 from pneumo.equations.named_model import lane_for
 from pneumo.errors import InputError, RunError, shown
+from pneumo.fitting.valve_signal import opened
 from pneumo.physics.models import Model, lane_array
 from pneumo.physics.symbols import SYMBOLS
 from pneumo.physics.valve_dynamics import PROPORTIONAL, ValveDynamics
@@ -403,8 +404,6 @@ def _opened(
     The command meets the limiter first. That of the returned plant lets every opening pass, to which a null
     offset can add.
     """
-    from pneumo.fitting.valve_signal import opened  # SciPy takes longer to import than a run
-
     u_max = plant.valve.u_max
     openings = [opened(u, h, dynamics) for u in np.clip(given.T, -u_max, u_max)]
     wide = plant.valve._replace(u_max=u_max + abs(dynamics.null))

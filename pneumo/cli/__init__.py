@@ -1,4 +1,4 @@
-"""Command line."""
+"""Command line. Its functions import what they need, so that help and errors of usage are fast."""
 
 import os
 import sys

@@ -1,7 +1,4 @@
-"""``pneumo init``, ``check`` and ``study``: from a configuration to the ranking of models for a cylinder.
-
-Modules are imported inside the functions, so that help and errors of usage are fast.
-"""
+"""``pneumo init``, ``check`` and ``study``: from a configuration to the ranking of models for a cylinder."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,4 @@
-"""``pneumo show`` and ``fit``: a measured record, and models fitted to it.
-
-Modules are imported inside the function, so that help and errors of usage are fast.
-"""
+"""``pneumo show`` and ``fit``: a measured record, and models fitted to it."""
 
 from pathlib import Path
 from typing import Annotated, Literal

@@ -1,7 +1,4 @@
-"""``pneumo linearise``, ``export`` and ``models``: linear models, source code, and the table of models.
-
-Modules are imported inside the functions, so that help and errors of usage are fast.
-"""
+"""``pneumo linearise``, ``export`` and ``models``: linear models, source code, and the table of models."""
 
 import shlex
 from pathlib import Path

@@ -37,8 +37,6 @@ if not any(HERE.glob("_core.*")):
     __path__.append(_compiled_elsewhere())
 from pneumo.core import _core  # noqa: E402 # pyright: ignore[reportAttributeAccessIssue]
 
-__all__ = ["array", "ffi", "keep", "lib", "out", "rows", "struct", "whole", "zeroed"]
-
 ffi, lib = _core.ffi, _core.lib
 lib.fill_tables()
 LONGEST = 2**31  # of any count of samples, lanes or parts

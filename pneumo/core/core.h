@@ -89,6 +89,8 @@ void closed_chambers(const double *P, const double *measured, const bool *closed
                      const double *area_ratio, int64_t samples, double h, const double *start, double n,
                      const double *k, double e_A, double e_PT, double leak, double R, double gamma, double T_wall,
                      double PT_0, double *pressure);
+void filter_first_order(double *signal, int64_t rows, int64_t samples, const double *start, double now, double before,
+                        double decay);
 void kalman_filter(const double *x, const double *P, const double *u, const double *first, int64_t samples,
                    const FilterModel *model, const Plant *plant, const Noise *noise, double h, double *estimates,
                    double *variances);

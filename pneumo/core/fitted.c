@@ -280,3 +280,16 @@ void replay_flows(const double *motion, const double *flow, int64_t steps, const
         }
     }
 }
+
+/* Filter rows of a signal in place: y = z + now x, then z = before x + decay y, from z = start. */
+void filter_first_order(double *signal, int64_t rows, int64_t samples, const double *start, double now, double before,
+                        double decay) {
+    for (int64_t row = 0; row < rows; row++, signal += samples) {
+        double z = start[row];
+        for (int64_t k = 0; k < samples; k++) {
+            const double x = signal[k];
+            signal[k] = z + now * x;
+            z = before * x + decay * signal[k];
+        }
+    }
+}

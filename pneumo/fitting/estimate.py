@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from pneumo.configuration.experiment import Plant
 from pneumo.configuration.priors import Accuracy
@@ -132,11 +132,7 @@ def _own_interval(
 
 
 def as_configured(
-    problem: Problem,
-    best: Solution,
-    low: Mapping[str, float],
-    high: Mapping[str, float],
-    both: np.ndarray,
+    problem: Problem, best: Solution, low: Mapping[str, float], high: Mapping[str, float], both: np.ndarray
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Parameters that stay as configured, and all parameters with the others fitted again, SI units.
 
@@ -160,7 +156,7 @@ def as_configured(
     while held:
         rest = replace(problem, fixed={**problem.fixed, **held})
         found = fit(rest, start=rest.inner(problem.values(best.theta)))
-        if found.squares - best.squares <= chi2.ppf(LEVEL, len(held)) * allowed:
+        if found.squares - best.squares <= 2 * gammaincinv(len(held) / 2, LEVEL) * allowed:
             return held, rest.values(found.theta)
         held.popitem()
     return {}, problem.values(best.theta)

@@ -13,15 +13,15 @@ from functools import cached_property, lru_cache
 from typing import ClassVar, NamedTuple
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.optimize import brentq
-from scipy.signal import fftconvolve
-from scipy.stats import t
+from scipy.special import stdtrit
 
 from pneumo.fitting.settings import LEVEL
 
 MEMORY = 1 / 8  # longest lag of the residual's correlation over the length of the record
 FREEDOM = 3.71 / MEMORY  # degrees of freedom of a covariance with a Parzen window (Priestley 1981, 6.2.4)
-HALF_WIDTH = float(t.ppf((1 + LEVEL) / 2, FREEDOM))  # of an interval, in standard errors
+HALF_WIDTH = float(stdtrit(FREEDOM, (1 + LEVEL) / 2))  # of an interval, in standard errors
 # On the scale of the search, where 1 is a factor of e of most parameters:
 WIDE = 0.3  # half an interval beyond which a profile replaces the standard error
 LOOSE = 1.0  # half an interval of a loosely known parameter
@@ -180,6 +180,13 @@ def solution_at(problem: LeastSquares, theta: np.ndarray) -> Solution:
     return Solution(theta, residual, squares, weight, derivatives)
 
 
+def convolved(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Convolution along the first axis, followed by zeros."""
+    size = next_fast_len(len(first) + len(second) - 1, real=True)
+    one, other = (np.asarray(rfft(part, size, axis=0)) for part in (first, second))
+    return np.asarray(irfft(one * other, size, axis=0))
+
+
 def correlations(residual: np.ndarray) -> np.ndarray:
     """Auto- and cross-covariance of the residuals of all channels, with a Parzen taper.
 
@@ -191,7 +198,7 @@ def correlations(residual: np.ndarray) -> np.ndarray:
     lag = np.abs(np.arange(-L, L + 1)) / (L + 1)
     taper = np.where(lag <= 0.5, 1 - 6 * lag**2 + 6 * lag**3, 2 * (1 - lag) ** 3)
     e = residual - residual.mean(axis=1, keepdims=True)
-    full = [[fftconvolve(b, a[::-1]) for b in e] for a in e]
+    full = [[convolved(b, a[::-1]) for b in e] for a in e]
     return np.array(full)[:, :, samples - 1 - L : samples + L] / samples * taper
 
 
@@ -201,8 +208,9 @@ def residual_scatter(found: Solution) -> np.ndarray:
     Gamma is the covariance of the residuals, from `correlations`.
     """
     J, gamma = found.jacobian, correlations(found.residual)
+    L, samples = gamma.shape[2] // 2, J.shape[1]
     terms = [
-        J[a].T @ fftconvolve(J[b], gamma[a, b][::-1, None], mode="same", axes=0)
+        J[a].T @ convolved(J[b], gamma[a, b][::-1, None])[L : L + samples]
         for a in range(len(J))
         for b in range(len(J))
     ]

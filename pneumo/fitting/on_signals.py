@@ -6,12 +6,11 @@ Inputs are command, supply and motion, outputs the pressures; `pneumo.quantities
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.signal import lfilter
 
 import pneumo.core as core
 from pneumo.configuration.experiment import Plant
 from pneumo.fitting.stage_signals import StageSignals
-from pneumo.fitting.valve_signal import behind_valve, lagged
+from pneumo.fitting.valve_signal import behind_valve, filtered, lagged
 from pneumo.physics.cylinder import Side, chamber_of
 from pneumo.physics.valve import choked_flow
 
@@ -65,7 +64,7 @@ def flow_fraction(signals: StageSignals, u: np.ndarray, plant: Plant) -> np.ndar
     ratio = np.where(u[:, 0] > 0, A, B) / plant.conditions.P_s
     flow = np.abs(u[:, 0]) / plant.valve.u_max * subsonic(ratio, plant.gas.critical_ratio)
     decay = np.exp(-signals.h / SUPPLY_LINE)
-    return np.asarray(lfilter([1 - decay], [1.0, -decay], flow))
+    return filtered(flow, 1 - decay, 0.0, decay, 0.0)
 
 
 def subsonic(ratio: np.ndarray, b: float) -> np.ndarray:

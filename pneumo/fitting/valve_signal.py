@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from itertools import accumulate
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.signal import lfilter
 
+import pneumo.core as core
 from pneumo.configuration.experiment import Plant
 from pneumo.physics.valve import linearity_factor
 from pneumo.physics.valve_dynamics import ValveDynamics
@@ -26,7 +25,18 @@ def lagged(signal: np.ndarray, lag: float, h: float) -> np.ndarray:
         return signal
     decay = np.exp(-h / lag)
     late = lag / h * (1 - decay)
-    return lfilter([1 - late, late - decay], [1.0, -decay], signal, zi=signal[..., :1] * late)[0]
+    return filtered(signal, 1 - late, late - decay, decay, signal[..., 0] * late)
+
+
+def filtered(
+    signal: np.ndarray, now: float, before: float, decay: float, start: np.ndarray | float
+) -> np.ndarray:
+    """Filter along the last axis: y = z + now x, then z = before x + decay y, from z = start."""
+    result = np.array(signal, dtype=float, order="C")
+    states = np.array(np.broadcast_to(start, result.shape[:-1]), dtype=float, ndmin=1)
+    samples, rows = result.shape[-1], states.size
+    core.lib.filter_first_order(core.out(result), rows, samples, core.out(states), now, before, decay)
+    return result
 
 
 def delayed(u: np.ndarray, h: float, dead_time: float, before: float) -> np.ndarray:
@@ -48,7 +58,7 @@ def following(u: np.ndarray, h: float, lag: float, before: float) -> np.ndarray:
     `before` is where it starts.
     """
     decay = np.exp(-h / lag)
-    start, _ = lfilter([0.0, 1 - decay], [1.0, -decay], u, zi=[before])
+    start = filtered(u, 0.0, 1 - decay, decay, before)
     return u + (start - u) * (lag / h) * (1 - decay)
 
 
@@ -89,6 +99,8 @@ def valve_curve(valve: Mapping[str, float], part: np.ndarray) -> np.ndarray:
     It has straight lines between rows of a monotone cubic spline, as the table in `fitted.yaml` has, and the
     last slope between knots beyond the largest command.
     """
+    from scipy.interpolate import PchipInterpolator  # takes longer than a run
+
     rising = np.cumprod([1.0, valve["curve_half"], valve["curve_quarter"], valve["curve_eighth"], 0.0])
     slope = (1 - valve["curve_half"]) / (1 - KNOTS[-2])
     inside = np.interp(part, ROWS, PchipInterpolator(KNOTS, rising[::-1])(ROWS))

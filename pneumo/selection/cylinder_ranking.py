@@ -28,7 +28,8 @@ from pneumo.storage.layout import CHAMBERS, replayed_grid, run_outcome, same_at_
 TITLE = "Reduced models on repeated runs"
 DRAWS, PART_DRAWS = 64, 8  # cylinders drawn in all, and again for the part of each group
 SHORTEST, DRAWN_STEP = 2.0, 4e-3  # s, of a drawn cylinder's run
-POINTS_SEED = 2006  # of the scrambled points
+# Of a standard normal distribution: SciPy's MultivariateNormalQMC(np.zeros(9), rng=2006).random(64)
+POINTS = Path(__file__).with_name("points.csv")
 ROWS = (*MODELS, FULL_ORDER)
 LABELS = ("experiment", "cylinder", "loop", "k_0", "seed")
 REST = 3.0  # s, after a stroke
@@ -90,11 +91,9 @@ def shortened(experiment: Experiment) -> Experiment:
     if not e.excitation.random:
         return e
     enough = max(DRAWN_RUN * thermal_time_constant(e.plant), SHORTEST)
-    every = (
-        min(e.excitation.every, ceil(e.excitation.every * e.h / DRAWN_STEP))
-        if e.most_halvings
-        else e.excitation.every
-    )
+    every = e.excitation.every
+    if e.most_halvings:
+        every = min(every, ceil(every * e.h / DRAWN_STEP))
     h = e.h * e.excitation.every / every
     return e._replace(
         h=h, steps=int(min(e.duration, enough) / h), excitation=e.excitation._replace(every=every)
@@ -102,11 +101,14 @@ def shortened(experiment: Experiment) -> Experiment:
 
 
 def drawn_deviations(uncertain: Uncertain, count: int) -> np.ndarray:
-    """Deviations of a cylinder's quantities, shape (count, quantity), from quasi-random points."""
-    from scipy.stats.qmc import MultivariateNormalQMC  # half a second
-
-    mean = np.zeros(len(uncertain.names))
-    return MultivariateNormalQMC(mean, np.array(uncertain.covariance), rng=POINTS_SEED).random(count)
+    """Deviations of a cylinder's quantities, shape (count, quantity), from the first `POINTS`."""
+    covariance = np.array(uncertain.covariance)
+    try:
+        root = np.linalg.cholesky(covariance)
+    except np.linalg.LinAlgError:  # singular
+        squares, axes = np.linalg.eigh(covariance)
+        root = axes * np.sqrt(squares.clip(min=0.0))
+    return np.loadtxt(POINTS, delimiter=",")[:count, : len(root)] @ root.T
 
 
 def errors_on(experiment: Experiment, plant: Plant, rows: Sequence[tuple[str, float]]) -> np.ndarray:

@@ -39,7 +39,7 @@ def test_fits_load_no_sympy():
 @pytest.mark.parametrize(
     ("arguments", "unneeded"),
     [
-        (["study", "c.yaml", "--seeds", "1"], {"matplotlib", "sympy"}),
+        (["study", "c.yaml", "--seeds", "1"], {"matplotlib", "sympy", "scipy.stats", "scipy.signal"}),
         (["simulate", "c.yaml"], {"matplotlib", "sympy", "scipy", "xarray", "pandas"}),
     ],
 )

@@ -128,12 +128,12 @@ def test_a_drawn_plant_deviates_in_each_quantity_and_zero_changes_nothing(deviat
 
 def test_draws_have_the_covariance_and_knowing_a_group_moves_what_depends_on_it():
     one = Uncertain(("C", "b", "k_0"), ((0.04, 0.018, 0.0), (0.018, 0.01, 0.0), (0.0, 0.0, 0.09)))
-    draws = drawn_deviations(one, 512)
+    draws = drawn_deviations(one, DRAWS)
     np.testing.assert_allclose(np.cov(draws.T), one.covariance, atol=0.006)
     alone = one.alone("valve", draws)
     np.testing.assert_allclose(alone, draws * [1, 1, 0], atol=1e-9)
     related = Uncertain(("C", "V_d_A"), ((0.04, 0.018), (0.018, 0.01)))
-    draws = drawn_deviations(related, 512)
+    draws = drawn_deviations(related, DRAWS)
     left = draws - related.alone("valve", draws)
     expected = 0.01 - 0.018**2 / 0.04  # conditional variance of a joint normal distribution
     assert np.var(left[:, 1]) == pytest.approx(expected, rel=0.1)
