@@ -67,12 +67,13 @@ void EXPORT(simulate)(int steps, double h, int closed_loop, double k_p, double x
 /* Replay lanes on the last run, which may be of another plant; they start at its first pressures and temperatures. */
 void EXPORT(replay)(int count, int steps, double h, int stride)
 {
-    static double y[4 * MOST_LANES];
+    static double y[4 * MOST_LANES], step[6 * MOST_LANES];
     static int64_t failure[2 * MOST_LANES];
     const Recording recording = {states, reference, reference, NULL, drive, plant(), h, halvings, MOST_HALVINGS, steps};
     const Sampling exact = {.exact = true, .every = 1};
     for (int i = 0; i < 4 * count; i++) y[i] = states[2 + i % 4];
-    replay_scalar(&recording, &exact, lanes, count, stride, y, moments, failure, pressure);
+    const LanesInTurn all = {lanes, count, stride, y, moments, failure, pressure, step};
+    replay_scalar(&recording, &exact, &all);
 }
 
 /* The same for reduced models side by side, in the order of what they need, faster. */
@@ -84,6 +85,7 @@ void EXPORT(replay_together)(int count, int steps, double h, int stride, int ter
     const int stored = steps / stride + 1, padded = (count + WIDTH - 1) / WIDTH * WIDTH;
     const Recording recording = {states, reference, reference, NULL, drive, plant(), h, halvings, MOST_HALVINGS, steps};
     const Sampling exact = {.exact = true, .every = 1};
+    const LanesInTurn none = {.stride = 1};
     memset(&together, 0, sizeof together);
     start_lanes(&together, lanes, count, &recording.plant);
     for (int side = 0; side < 2; side++)
@@ -91,7 +93,7 @@ void EXPORT(replay_together)(int count, int steps, double h, int stride, int ter
     for (int i = 0; i < 2 * count; i++) pressure[i * stored] = states[2 + 2 * (i % 2)];
     for (int first = 0; first < steps; first += BLOCK) {
         const int end = first + BLOCK < steps ? first + BLOCK : steps;
-        replay_lanes(&recording, &exact, first, end, &together, psi, terms, block);
+        replay_lanes(&recording, &exact, first, end, &together, psi, terms, block, &none);
         for (int k = first + 1; k <= end; k++)
             for (int i = 0; i < 2 * count && k % stride == 0; i++)
                 pressure[i * stored + k / stride] = block[((k - 1 - first) * 2 + i % 2) * padded + i / 2];

@@ -87,8 +87,9 @@ def _reduced(plant: Plant, lane: Lane) -> Advance:
         Recording(motions, np.zeros(2), commands, OPEN_LOOP, plant, 0.0, np.zeros(1, np.int8), MOST_HALVINGS)
     )
     sampling, row = core_sampling(INTERPOLATED), core.rows("lanes", lane_array([lane]), "Lane")
-    chambers, moments = core.ffi.new("double[4]"), core.ffi.new("double[4]")
-    failed_at, pressures = core.ffi.new("int64_t[2]"), core.ffi.new("double[4]")
+    kinds = "double[4]", "double[4]", "int64_t[2]", "double[4]", "double[6]"
+    chambers, *others = map(core.ffi.new, kinds)
+    in_turn = core.keep(core.struct("LanesInTurn", (row, 1, 1, chambers, *others)), row, *others)
 
     def part(state: State, force: float, h: float) -> State:
         x, v, *before = state
@@ -99,7 +100,7 @@ def _reduced(plant: Plant, lane: Lane) -> Advance:
         motions[:, 1] = dx, 2 * (x_end - x) / h - dx
         chambers[0:4] = before
         recording.h = h
-        core.lib.replay_scalar(recording, sampling, row, 1, 1, chambers, moments, failed_at, pressures)
+        core.lib.replay_scalar(recording, sampling, in_turn)
         P_A, P_B = chambers[0], chambers[2]
         if not (P_A > 0 and P_B > 0):
             return State(x_end, v, P_A, c.T_0, P_B, c.T_0)

@@ -48,6 +48,18 @@ typedef struct {
     double inputs[4]; /* at which they were computed */
 } Lanes;
 
+/* Lanes that follow one after another, by the equations themselves. `y` (lane, chamber, 2) has the first pressures and
+   temperatures, and then the last; `moments` (lane, chamber, 2) are sums of errors and of their squares, `failure`
+   (lane, chamber) the steps at which a state was not positive, or -1; `pressure` (lane, chamber, stored). */
+typedef struct {
+    const Lane *lanes;
+    int64_t count, stride;
+    double *y, *moments;
+    int64_t *failure;
+    double *pressure;
+    double *step; /* (lane, chamber, 3): pressure and temperature before a step, and its error, or -1 once it is accurate */
+} LanesInTurn;
+
 /* Signals of a fit's sets, by step and stage, and their plant; its flow's polynomial; the sets end before lane `end`. */
 typedef struct { const double *u, *P_s, *motion, *psi; int64_t terms, end; Plant plant; } Inputs;
 
@@ -74,11 +86,10 @@ void run(const double *y_0, double *reference, const double *u_B, int64_t steps,
 void supplied_mass(const double *states, const double *u, const double *u_B, int64_t steps, const Plant *plant, double h,
                    double *m);
 
-void replay_scalar(const Recording *recording, const Sampling *sampling, const Lane *lanes, int64_t count,
-                   int64_t stride, double *y, double *moments, int64_t *failure, double *pressure);
+void replay_scalar(const Recording *recording, const Sampling *sampling, const LanesInTurn *lanes);
 void start_lanes(Lanes *W, const Lane *lanes, int64_t count, const Plant *plant);
 void replay_lanes(const Recording *recording, const Sampling *sampling, int64_t first, int64_t end, Lanes *W,
-                  const double *psi, int terms, double *pressure);
+                  const double *psi, int terms, double *pressure, const LanesInTurn *in_turn);
 
 void replay_sets(Inputs *inputs, int64_t count, int64_t steps, Lanes *W, Sets *X, bool full, int64_t stride, double h,
                  double *pressure);

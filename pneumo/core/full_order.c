@@ -176,6 +176,7 @@ INLINE void run_with(const double *y_0, double *reference, const double *u_B, in
                 }
                 checked_step(after, &driven, h / parts, Y, K, &error);
                 largest = larger(error, largest);
+                if (!(largest <= STEP_TOLERANCE) && n < most_halvings) break; /* to be halved again */
             }
             halvings[k] = (int8_t)n;
             if (largest <= STEP_TOLERANCE || n >= most_halvings) break;

@@ -126,65 +126,6 @@ INLINE int keep_accurate(Lanes *W, double tolerance) {
     return left > 0;
 }
 
-INLINE void replay_steps(const Recording *r, const Sampling *sampling, int64_t first, int64_t end, Lanes *W,
-                         const Constants *k, int terms, double *pressure) {
-    const double P_0 = r->plant.conditions.P_0, tolerance = replay_tolerance(sampling);
-    const int most = r->most_halvings;
-    const int64_t n = W->count;
-    double y[6], inputs[7][4];
-    for (int64_t step = first; step < end; step++) {
-        int halvings = sampling->exact ? r->halvings[step] : 0, begun = halvings;
-        if (most > 0)
-            for (int side = 0; side < 2; side++)
-                for (int64_t i = 0; i < n; i++) {
-                    W->before[side][i] = W->now[side][i];
-                    W->coarse[side][i] = W->now[side][i] > 0 ? 1 : 0;
-                }
-        for (;; halvings++) {
-            int parts = 1 << halvings;
-            if (most > 0) {
-                for (int side = 0; side < 2; side++) {
-                    copy_row(W->now[side], W->before[side], n);
-                    for (int64_t i = 0; i < n; i++) W->largest[side][i] = 0;
-                }
-                if (halvings > begun) W->fresh = 0;
-            }
-            for (int part = 0; part < parts; part++) {
-                const bool near_port = stage_inputs(r, sampling, step, part, parts, y, inputs);
-                for (int side = 0; near_port && side < 2; side++) copy_row(W->start[side], W->now[side], n);
-                advance(W, inputs, r->h / parts, k, terms);
-                if (near_port) repeat_near_port(W, inputs, r->h / parts, k, terms);
-                if (most > 0) estimate_errors(W, inputs, r->h / parts, near_port, k, terms);
-            }
-            if (most == 0) break;
-            if (!keep_accurate(W, tolerance) || halvings >= most) break;
-        }
-        if (most > 0) {
-            for (int side = 0; side < 2; side++) copy_row(W->now[side], W->after[side], n);
-            if (halvings > begun) W->fresh = 0; /* some lanes kept an earlier result */
-        }
-        for (int side = 0; side < 2; side++) {
-            double P_full = r->states[6 * (step + 1) + 2 + 2 * side];
-            double *restrict out = pressure + ((step - first) * 2 + side) * n;
-            for (int64_t i = 0; i < n; i++) {
-                double P = P_0 * W->now[side][i], error = P_full - P;
-                add(W->sum[side], i, error);
-                add(W->squares[side], i, error * error);
-                out[i] = P;
-            }
-        }
-    }
-}
-
-/* The polynomial's length is a constant in each call, so that its loop is unrolled. */
-CLONES void replay_lanes(const Recording *r, const Sampling *sampling, int64_t first, int64_t end, Lanes *W,
-                         const double *psi, int terms, double *pressure) {
-    const Constants k = constants_of(&r->plant, psi);
-    if (terms == 10) replay_steps(r, sampling, first, end, W, &k, 10, pressure);
-    else if (terms == 14) replay_steps(r, sampling, first, end, W, &k, 14, pressure);
-    else replay_steps(r, sampling, first, end, W, &k, 18, pressure);
-}
-
 /* One chamber of a lane on the inputs of a step; `exact` inputs are those of a run, which came near an open port or not. */
 typedef struct {
     double (*inputs)[4], sign;
@@ -268,28 +209,6 @@ static double lane_step(double *y, const Replayed *context, double h) {
         }
     }
     return largest < INFINITY ? largest : (double)INFINITY;
-}
-
-/* Advance one lane over step k from y; `of` has the inputs of a step that is not halved. */
-static void lane_over_step(const Recording *r, const Sampling *sampling, int64_t k, const Replayed *of, double *y) {
-    const double before[2] = {y[0], y[1]}, tolerance = replay_tolerance(sampling);
-    const int most = r->most_halvings;
-    double states[6], inputs[7][4];
-    Replayed context = *of;
-    for (int halvings = sampling->exact ? r->halvings[k] : 0;; halvings++) {
-        const int parts = 1 << halvings;
-        double largest = 0;
-        memcpy(y, before, sizeof before);
-        for (int part = 0; part < parts; part++) {
-            if (parts > 1) {
-                context.inputs = inputs;
-                context.near_port = stage_inputs(r, sampling, k, part, parts, states, inputs);
-            }
-            double error = lane_step(y, &context, r->h / parts);
-            largest = larger(error, largest);
-        }
-        if (largest <= tolerance || halvings >= most) return;
-    }
 }
 
 /* Full orders whose steps are never halved advance two at a time, with both chambers of each as one vector: element
@@ -377,37 +296,136 @@ CLONES void advance_pair(double *y, double inputs[7][4], const Lane *lanes, cons
     }
 }
 
-/* Step after step and lane after lane, of reduced models or of the full order. `y` (lane, chamber, 2) holds the first
-   pressures and temperatures, and then the last; `moments` (lane, chamber, 2) are sums of errors and of their squares,
-   `failure` (lane, chamber) the steps at which a state was not positive, or -1; `pressure` (lane, chamber, stored). */
-void replay_scalar(const Recording *r, const Sampling *sampling, const Lane *lanes, int64_t count, int64_t stride,
-                   double *y, double *moments, int64_t *failure, double *pressure) {
-    const int64_t stored = r->steps / stride + 1;
-    double states[6], once[7][4];
-    const bool allowed = pairs_allowed(r, lanes, count);
-    memset(moments, 0, (size_t)count * 4 * sizeof *moments);
-    for (int64_t i = 0; i < 2 * count; i++) {
-        failure[i] = -1;
-        pressure[i * stored] = y[2 * i];
+static void begin_in_turn(const Recording *r, const LanesInTurn *t) {
+    const int64_t stored = r->steps / t->stride + 1;
+    memset(t->moments, 0, (size_t)t->count * 4 * sizeof *t->moments);
+    for (int64_t i = 0; i < 2 * t->count; i++) {
+        t->failure[i] = -1;
+        t->pressure[i * stored] = t->y[2 * i];
     }
-    for (int64_t k = 0; k < r->steps; k++) {
-        bool near = false;
-        if (!sampling->exact || r->halvings[k] == 0) near = stage_inputs(r, sampling, k, 0, 1, states, once);
-        const bool pairs = allowed && (!sampling->exact || r->halvings[k] == 0);
-        for (int64_t i = 0; pairs && i < count; i += 2) advance_pair(y + 4 * i, once, lanes + i, &r->plant, r->h, PAIR);
-        for (int64_t i = 0; i < 2 * count; i++) {
-            const int side = (int)(i % 2);
-            const Replayed context = {once, sign_of(side), chamber_of(&r->plant.cylinder, side), &r->plant, lanes + i / 2,
-                                      r->most_halvings > 0, sampling->exact, sampling->held, near};
-            double *now = y + 2 * i;
-            if (failure[i] < 0) {
-                if (!pairs) lane_over_step(r, sampling, k, &context, now);
-                if (!possible(now, context.lane)) failure[i] = k + 1;
+}
+
+static void begin_step_in_turn(const LanesInTurn *t) {
+    for (int64_t i = 0; i < 2 * t->count; i++) {
+        memcpy(t->step + 3 * i, t->y + 2 * i, 2 * sizeof *t->y);
+        t->step[3 * i + 2] = t->failure[i] < 0 ? 0 : -1;
+    }
+}
+
+/* Advance lanes, whose step is not accurate yet, over a part of it. */
+static void advance_in_turn(const Recording *r, const Sampling *sampling, const LanesInTurn *t, bool pairs, int part,
+                            double inputs[7][4], double h, bool near_port) {
+    for (int64_t i = 0; pairs && i < t->count; i += 2) advance_pair(t->y + 4 * i, inputs, t->lanes + i, &r->plant, h, PAIR);
+    for (int64_t i = 0; !pairs && i < 2 * t->count; i++) {
+        double *before = t->step + 3 * i, *largest = before + 2, *now = t->y + 2 * i;
+        if (*largest < 0) continue;
+        const int side = (int)(i % 2);
+        const Replayed context = {inputs, sign_of(side), chamber_of(&r->plant.cylinder, side), &r->plant, t->lanes + i / 2,
+                                  r->most_halvings > 0, sampling->exact, sampling->held, near_port};
+        if (part == 0) {
+            memcpy(now, before, 2 * sizeof *now);
+            *largest = 0;
+        }
+        const double error = lane_step(now, &context, h);
+        *largest = larger(error, *largest);
+    }
+}
+
+/* As `keep_accurate`. */
+static bool keep_accurate_in_turn(const LanesInTurn *t, double tolerance) {
+    bool left = false;
+    for (int64_t i = 0; i < 2 * t->count; i++) {
+        double *largest = t->step + 3 * i + 2;
+        if (*largest <= tolerance) *largest = -1;
+        left = left || *largest > 0;
+    }
+    return left;
+}
+
+static void end_step_in_turn(const Recording *r, int64_t step, const LanesInTurn *t) {
+    const int64_t stored = r->steps / t->stride + 1;
+    for (int64_t i = 0; i < 2 * t->count; i++) {
+        const double *now = t->y + 2 * i, error = r->states[6 * (step + 1) + 2 + 2 * (i % 2)] - now[0];
+        if (t->failure[i] < 0 && !possible(now, t->lanes + i / 2)) t->failure[i] = step + 1;
+        t->moments[2 * i] += error;
+        t->moments[2 * i + 1] += error * error;
+        if ((step + 1) % t->stride == 0) t->pressure[i * stored + (step + 1) / t->stride] = now[0];
+    }
+}
+
+INLINE void replay_steps(const Recording *r, const Sampling *sampling, int64_t first, int64_t end, Lanes *W,
+                         const Constants *k, int terms, double *pressure,
+                         const LanesInTurn *in_turn) {
+    const double P_0 = r->plant.conditions.P_0, tolerance = replay_tolerance(sampling);
+    const int most = r->most_halvings;
+    const int64_t n = W->count;
+    const bool pairs = pairs_allowed(r, in_turn->lanes, in_turn->count);
+    double y[6], inputs[7][4];
+    for (int64_t step = first; step < end; step++) {
+        int halvings = sampling->exact ? r->halvings[step] : 0, begun = halvings;
+        if (most > 0)
+            for (int side = 0; side < 2; side++)
+                for (int64_t i = 0; i < n; i++) {
+                    W->before[side][i] = W->now[side][i];
+                    W->coarse[side][i] = W->now[side][i] > 0 ? 1 : 0;
+                }
+        bool left = n > 0, left_in_turn = in_turn->count > 0;
+        begin_step_in_turn(in_turn);
+        for (;; halvings++) {
+            int parts = 1 << halvings;
+            if (most > 0 && left) {
+                for (int side = 0; side < 2; side++) {
+                    copy_row(W->now[side], W->before[side], n);
+                    for (int64_t i = 0; i < n; i++) W->largest[side][i] = 0;
+                }
+                if (halvings > begun) W->fresh = 0;
             }
-            double error = r->states[6 * (k + 1) + 2 + 2 * side] - now[0];
-            moments[2 * i] += error;
-            moments[2 * i + 1] += error * error;
-            if ((k + 1) % stride == 0) pressure[i * stored + (k + 1) / stride] = now[0];
+            for (int part = 0; part < parts; part++) {
+                const bool near_port = stage_inputs(r, sampling, step, part, parts, y, inputs);
+                if (left_in_turn)
+                    advance_in_turn(r, sampling, in_turn, pairs, part, inputs, r->h / parts, near_port);
+                if (!left) continue;
+                for (int side = 0; near_port && side < 2; side++) copy_row(W->start[side], W->now[side], n);
+                advance(W, inputs, r->h / parts, k, terms);
+                if (near_port) repeat_near_port(W, inputs, r->h / parts, k, terms);
+                if (most > 0) estimate_errors(W, inputs, r->h / parts, near_port, k, terms);
+            }
+            if (most == 0) break;
+            left = left && keep_accurate(W, tolerance);
+            left_in_turn = left_in_turn && keep_accurate_in_turn(in_turn, tolerance);
+            if (!(left || left_in_turn) || halvings >= most) break;
+        }
+        if (most > 0) {
+            for (int side = 0; side < 2; side++) copy_row(W->now[side], W->after[side], n);
+            if (halvings > begun) W->fresh = 0; /* some lanes kept an earlier result */
+        }
+        end_step_in_turn(r, step, in_turn);
+        for (int side = 0; n > 0 && side < 2; side++) {
+            double P_full = r->states[6 * (step + 1) + 2 + 2 * side];
+            double *restrict out = pressure + ((step - first) * 2 + side) * n;
+            for (int64_t i = 0; i < n; i++) {
+                double P = P_0 * W->now[side][i], error = P_full - P;
+                add(W->sum[side], i, error);
+                add(W->squares[side], i, error * error);
+                out[i] = P;
+            }
         }
     }
+}
+
+/* The polynomial's length is a constant in each call, so that its loop is unrolled. */
+CLONES void replay_lanes(const Recording *r, const Sampling *sampling, int64_t first, int64_t end, Lanes *W,
+                         const double *psi, int terms, double *pressure, const LanesInTurn *in_turn) {
+    const Constants k = constants_of(&r->plant, psi);
+    if (first == 0) begin_in_turn(r, in_turn);
+    if (terms == 10) replay_steps(r, sampling, first, end, W, &k, 10, pressure, in_turn);
+    else if (terms == 14) replay_steps(r, sampling, first, end, W, &k, 14, pressure, in_turn);
+    else replay_steps(r, sampling, first, end, W, &k, 18, pressure, in_turn);
+}
+
+/* Lanes in turn, without others side by side. */
+void replay_scalar(const Recording *r, const Sampling *sampling, const LanesInTurn *lanes) {
+    Lanes none;
+    none.count = none.fresh = 0;
+    replay_lanes(r, sampling, 0, r->steps, &none, NULL, 0, NULL, lanes);
 }

@@ -30,11 +30,6 @@ class Replayed(NamedTuple):
     pressure: np.ndarray  # reduced pressure, Pa, shape (lane, chamber, stored steps)
 
 
-# Is handed indices of lanes, the index of a stored sample, and the lanes' pressures, Pa, from that sample on,
-# shape (sample, chamber, lane). A call that begins with sample 1 replaces what these lanes had before.
-TakePressures = Callable[[np.ndarray, int, np.ndarray], None]
-
-
 def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1) -> Replayed:
     """Replay models in both chambers on the signals of a run, and compare their pressures with it.
 
@@ -60,14 +55,19 @@ def replay(recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: 
 
 
 def replay_in_parts(
-    recording: Recording, lanes: np.ndarray, sampling: Sampling, take: TakePressures, stride: int = 1
+    recording: Recording,
+    lanes: np.ndarray,
+    sampling: Sampling,
+    take: Callable[[np.ndarray, int, np.ndarray], None],
+    stride: int = 1,
 ) -> Replayed:
     """Replay as `replay` does, but pass the stored pressures to `take` in parts, to save memory.
 
-    `pressure` of the result is empty.
+    `take` is handed indices of lanes, the index of a stored sample, and the lanes' pressures, Pa, from that
+    sample on, shape (sample, chamber, lane). A call that begins with sample 1 replaces what these lanes had
+    before. `pressure` of the result is empty.
     """
     shape = (len(lanes), 2)
-    core.whole("stride", stride, 1)
     run_status, failed_at = failure(recording.states)
     mean_error, variance, mse = np.full((3, *shape), np.nan)
     status = np.full(shape, OK if run_status == RAN else NO_RUN, dtype=np.int8)
@@ -75,25 +75,32 @@ def replay_in_parts(
     result = Replayed(mean_error, variance, mse, status, step, pressure)
     if run_status != RAN:
         return result
+
+    def keep(of_lanes: np.ndarray, replayed: Replayed) -> None:
+        if len(of_lanes):
+            take(of_lanes, 1, replayed.pressure[..., 1:].T)
+        for values, own in zip(result[:-1], replayed[:-1], strict=True):
+            values[of_lanes] = own
+
     able = followed(lanes, recording.plant)
     fast = np.flatnonzero(able)[np.argsort(needs(lanes[able]), kind="stable")]
-    for first in range(0, len(fast), ROW):
+    in_turn = np.flatnonzero(~able)
+    for first in range(0, max(len(fast), 1), ROW):
         block = fast[first : first + ROW]
 
         def take_stored(sample: int, P: np.ndarray, block: np.ndarray = block) -> None:
             take(block, -(-sample // stride), P[-sample % stride :: stride])
 
-        moments = replay_side_by_side(recording, lanes[block], sampling, take_stored)
+        two = lanes[block], lanes[in_turn]
+        moments, replayed = replay_together(recording, *two, sampling, stride, take_stored)
         result.mean_error[block], result.mse[block] = moments
+        keep(in_turn, replayed)
+        in_turn = in_turn[:0]
     with np.errstate(over="ignore"):  # of a lane that failed
         result.variance[:] = result.mse - result.mean_error**2
-    rest = ~able
-    rest[fast] = ~np.isfinite(result.mse[fast]).all(axis=1)
-    if rest.any():
-        one_by_one = replay_one_by_one(recording, lanes[rest], sampling, stride)
-        take(np.flatnonzero(rest), 1, one_by_one.pressure[..., 1:].T)
-        for values, values_of_rest in zip(result[:-1], one_by_one[:-1], strict=True):
-            values[rest] = values_of_rest
+    failed = fast[~np.isfinite(result.mse[fast]).all(axis=1)]
+    if len(failed):
+        keep(failed, replay_one_by_one(recording, lanes[failed], sampling, stride))
     return result
 
 
@@ -114,19 +121,7 @@ def replay_one_by_one(
     recording: Recording, lanes: np.ndarray, sampling: Sampling, stride: int = 1
 ) -> Replayed:
     """Replay lanes one after another, by the equations themselves; parameters are those of `replay`."""
-    run = core_recording(recording)
-    rule = core_sampling(sampling)
-    rows = core.rows("lanes", lanes, "Lane")
-    count, samples = len(lanes), len(recording.states)
-    moments, failed_at = np.empty((count, 2, 2)), np.empty((count, 2), np.int64)
-    pressure = np.empty((count, 2, (samples - 1) // core.whole("stride", stride, 1) + 1))
-    y = first_states(recording, lanes, sampling).copy()
-    results = map(core.out, (y, moments, failed_at, pressure))
-    core.lib.replay_scalar(run, rule, rows, count, stride, *results)
-    # The error at t = 0 is zero by construction and counts.
-    mean_error, mse = moments[..., 0] / samples, moments[..., 1] / samples
-    status = np.where(failed_at >= 0, LEFT_RANGE, OK).astype(np.int8)
-    return Replayed(mean_error, mse - mean_error**2, mse, status, failed_at, pressure)
+    return replay_together(recording, lanes[:0], lanes, sampling, stride)[1]
 
 
 def needs(lanes: np.ndarray) -> np.ndarray:
@@ -163,50 +158,57 @@ class LanesSideBySide(NamedTuple):
     struct: Any  # the C struct `Lanes`
     psi: Any  # polynomial of the subsonic flow, and its number of terms
     terms: int
-    padded: int  # number of lanes, with those of padding
 
     @classmethod
     def of(cls, lanes: np.ndarray, plant: Plant) -> "LanesSideBySide":
         """Lanes, sorted by `needs`, with the first pressures P_0."""
-        core.whole("lanes", len(lanes), 1, ROW)
+        core.whole("lanes", len(lanes), 0, ROW)
         psi, _ = flow_polynomial(plant.gas)
         struct, rows = core.zeroed("Lanes"), core.rows("lanes", lanes, "Lane")
         core.lib.start_lanes(struct, rows, len(lanes), core.struct("Plant", plant))
-        return cls(struct, core.array("psi", psi, (None,)), len(psi), -(-len(lanes) // WIDTH) * WIDTH)
+        return cls(struct, core.array("psi", psi, (None,)), len(psi))
 
     def row(self, values: Any) -> np.ndarray:
         """Array over the memory of one row of the struct: a number of every lane."""
         return np.frombuffer(core.ffi.buffer(values), dtype=float)
 
 
-def replay_side_by_side(
-    recording: Recording, lanes: np.ndarray, sampling: Sampling, take: Callable[[int, np.ndarray], None]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Replay up to `ROW` lanes, sorted by `needs`, in both chambers on the signals of one run.
+def replay_together(
+    recording: Recording,
+    lanes: np.ndarray,
+    in_turn: np.ndarray,
+    sampling: Sampling,
+    stride: int,
+    take: Callable[[int, np.ndarray], None] | None = None,
+) -> tuple[np.ndarray, Replayed]:
+    """Replay up to `ROW` lanes, sorted by `needs`, side by side, and others in turn, on one run.
 
-    Parameters
-    ----------
-    take
-        ``take(step, pressure)`` is handed the pressures, Pa, shape (step, chamber, lane), of consecutive
-        samples, from sample `step` on; the first call begins with sample 1. They are valid until it returns.
-
-    Returns
-    -------
-    mean_error, mse : numpy.ndarray
-        Mean, Pa, and mean square, Pa^2, of the full-order minus the reduced pressure, shape (lane, chamber);
-        NaN where a pressure left the range of the core's polynomials.
+    `take` is handed the index of a sample, from 1 on, and the pressures of lanes side by side from there on,
+    Pa, shape (sample, chamber, lane), which are valid until it returns. The result has the mean, Pa, and mean
+    square, Pa^2, of the full-order minus these pressures, shape (2, lane, chamber), NaN where one left the
+    range of the core's polynomials, and the replays of lanes in turn.
     """
     samples = len(recording.states)
-    count = len(lanes)
     W = LanesSideBySide.of(lanes, recording.plant)
     run, rule = core_recording(recording), core_sampling(sampling)
-    for side, P in enumerate(first_states(recording, lanes[:1], sampling)[0, :, 0]):
-        W.row(W.struct.now[side])[:] = P / recording.plant.conditions.P_0
-    pressure = np.empty((min(BLOCK, samples - 1), 2, W.padded))
-    for first in range(0, samples - 1, BLOCK):
+    for now, P in zip(W.struct.now, first_states(recording, lanes[:1], sampling)[..., 0].T, strict=True):
+        W.row(now)[:] = P / recording.plant.conditions.P_0 if len(P) else 0.0
+    count = len(in_turn)
+    y = first_states(recording, in_turn, sampling).copy()
+    sums = np.empty((count, 2, 2))
+    failed_at = np.empty((count, 2), np.int64)
+    own = np.empty((count, 2, (samples - 1) // core.whole("stride", stride, 1) + 1))
+    step = np.empty((count, 2, 3))
+    arrays = [core.rows("lanes", in_turn, "Lane"), *map(core.out, (y, sums, failed_at, own, step))]
+    others = core.struct("LanesInTurn", (arrays[0], count, stride, *arrays[1:]))
+    pressure = np.empty((min(BLOCK, samples - 1), 2, W.struct.count))
+    for first in range(0, max(samples - 1, 1), BLOCK):
         end = min(first + BLOCK, samples - 1)
-        core.lib.replay_lanes(run, rule, first, end, W.struct, W.psi, W.terms, core.out(pressure))
-        take(first + 1, pressure[: end - first, :, :count])
-    sums = np.array([W.row(W.struct.sum[side][0])[:count] for side in range(2)])
-    squares = np.array([W.row(W.struct.squares[side][0])[:count] for side in range(2)])
-    return sums.T / samples, squares.T / samples
+        core.lib.replay_lanes(run, rule, first, end, W.struct, W.psi, W.terms, core.out(pressure), others)
+        if take and len(lanes):
+            take(first + 1, pressure[: end - first, :, : len(lanes)])
+    both = [W.row(of).reshape(2, 2, ROW)[:, 0, : len(lanes)].T for of in (W.struct.sum, W.struct.squares)]
+    mean_error, mse = sums[..., 0] / samples, sums[..., 1] / samples  # the error at t = 0, zero, counts
+    status = np.where(failed_at >= 0, LEFT_RANGE, OK).astype(np.int8)
+    replayed = Replayed(mean_error, mse - mean_error**2, mse, status, failed_at, own)
+    return np.array(both) / samples, replayed

@@ -51,13 +51,13 @@ def handed_over(monkeypatch, recording=None, lanes=LANES, sampling=EXACT_SAMPLIN
     """Result of the fast replay, that of the reference, and the lanes that were left to the reference."""
     recording, handed = recording or recorded(), []
 
-    def spy(recording, lanes, *rest):
-        handed.extend(map(tuple, lanes))
-        return one_by_one(recording, lanes, *rest)
+    def spy(recording, lanes, in_turn, *rest):
+        handed.extend(map(tuple, in_turn))
+        return together(recording, lanes, in_turn, *rest)
 
-    one_by_one = replay_module.replay_one_by_one
+    together = replay_module.replay_together
     with monkeypatch.context() as patch:
-        patch.setattr(replay_module, "replay_one_by_one", spy)
+        patch.setattr(replay_module, "replay_together", spy)
         ours = replay(recording, lanes, sampling, stride)
     return ours, replay_one_by_one(recording, lanes, sampling, stride), handed
 
