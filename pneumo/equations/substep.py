@@ -21,7 +21,7 @@ from pneumo.equations.equation_list import Equations
 from pneumo.physics.chamber import wall_conductance, wall_heat
 from pneumo.physics.cylinder import Chamber, Cylinder, heat_area, volume, with_spring
 from pneumo.physics.models import Lane, Model, full_order_lane, lane, temperature
-from pneumo.physics.valve import Gas, Valve, choked_flow, port_flows
+from pneumo.physics.valve import Gas, choked_flow, port_flows
 
 LONGEST, SHORTEST = 1e-3, 9.1e-5  # s, of substeps: at most eleven in 1 ms
 PACE = 0.035  # of a chamber's volume: what may flow or be displaced in a substep that is not the shortest
@@ -30,30 +30,6 @@ LEAST_DROP = 1e-4  # of the port's pressure: below it the flow is proportional t
 LEAST_LOSS = 1e-6  # of the mass, in a substep: below it nothing flows out
 LENGTHS = {"longest": LONGEST, "shortest": SHORTEST, "pace": PACE}
 AT_STOP = 1e-6  # of the stroke: nearer to a stop the piston is on it
-
-
-def flow_and_exponent(A_t: Any, P_u: Any, ratio: Any, T_u: Any, gas: Gas, valve: Valve) -> tuple[Any, Any]:
-    """Mass flow, kg/s, as `mass_flow` has it with `laminar_factor`, and its logarithmic slope.
-
-    `ratio` is P_d / P_u. The slope is that of ln m over ln(1 - P_d / P_u) at constant P_u.
-    """
-    choked, drop, exponent = choked_flow(A_t, P_u, T_u, gas), 1 - ratio, 0.0
-    if ratio <= gas.critical_ratio:
-        m = choked
-    elif gas.elliptic:
-        above = (ratio - gas.critical_ratio) / (1 - gas.critical_ratio)
-        below = 1 - above**2
-        m = choked * below**0.5  # ISO 6358
-        exponent = drop * above / ((1 - gas.critical_ratio) * below)
-    else:
-        g = gas.gamma
-        root = ratio ** (1 / g)  # the only power
-        subsonic = root - ratio
-        m = A_t * P_u * (2 * g / ((g - 1) * gas.R * T_u) * root * subsonic) ** 0.5  # (1)
-        exponent = drop * ((g + 1) / g * ratio - 2 / g * root) / (2 * ratio * subsonic)
-    if valve.laminar and drop < valve.laminar:
-        m, exponent = m * (drop / valve.laminar) ** 0.5, exponent + 0.5
-    return m, exponent
 
 
 def _adiabatic(T: Any, P_before: Any, P_after: Any, a: Any) -> Any:
@@ -122,12 +98,11 @@ class _Filling(NamedTuple):
 
     def ports(self) -> tuple[str, Callable[[Any], Any]]:
         """Names and function of the open port, and of the other one if it may be open too."""
+        paths = self.plant.valve.paths
         names = "A_t P_port" + " A_other P_other" * self.two
-        if not self.plant.valve.paths.knots:
-            return names, self.port_of_command
-        return names + (" b_port" + " b_other" * self.two) * bool(
-            self.plant.valve.paths.b
-        ), self.port_of_paths
+        if paths.b:
+            names += " b_port" + " b_other" * self.two
+        return names, self.port_of_paths if paths.knots else self.port_of_command
 
     def port_of_command(self, k: Any) -> tuple[Any, ...]:
         restrictions, c = self.plant.valve, self.plant.conditions
@@ -148,10 +123,10 @@ class _Filling(NamedTuple):
         (A_t, P_port, b), (A_other, P_other, b_other) = ports if first else reversed(ports)
         return (A_t, P_port, A_other, P_other, b, b_other) if self.two else (A_t, P_port, b)
 
-    def gas_with(self, b: Any) -> Gas:
-        """Gas with the critical ratio of a path, where paths have their own."""
+    def gas_through(self, k: Any, b: str) -> Gas:
+        """Gas with the critical ratio of a path, of the name b, where paths have their own."""
         gas = self.plant.gas
-        return gas._replace(critical_ratio=b) if self.plant.valve.paths.b else gas
+        return gas._replace(critical_ratio=getattr(k, b)) if self.plant.valve.paths.b else gas
 
     # --- wall heat ---
 
@@ -180,7 +155,7 @@ class _Filling(NamedTuple):
 
     def leaking(self, k: Any) -> tuple[Any, Any, Any]:
         restrictions, c = self.plant.valve, self.plant.conditions
-        its_gas = self.gas_with(k.b_other if restrictions.paths.b else None)
+        its_gas = self.gas_through(k, "b_other")
         m_in, m_out = port_flows(k.A_other, k.P_other, k.P_guess, k.T_guess, restrictions, its_gas, c)
         inlet, outlet = self.energies(k.T_guess)
         return inlet * m_in - outlet * m_out, m_in, m_out
@@ -199,9 +174,32 @@ class _Filling(NamedTuple):
         drop = max(k.P_guess - k.P_port, LEAST_DROP * k.P_port)
         return drop, k.P_port + drop, k.P_port / (k.P_port + drop), k.T_guess, outlet
 
+    def root_of_ratio(self, k: Any) -> Any:
+        """The only power in eq (1), in a variable of its own, as C would call pow wherever it is used."""
+        return k.ratio ** (1 / self.plant.gas.gamma) if k.ratio > self.plant.gas.critical_ratio else 0.0
+
     def flowing(self, k: Any) -> tuple[Any, Any]:
-        its_gas = self.gas_with(k.b_port if self.plant.valve.paths.b else None)
-        return flow_and_exponent(k.A_t, k.P_u, k.ratio, k.T_u, its_gas, self.plant.valve)
+        """Mass flow, kg/s, as `mass_flow` has it with `laminar_factor`, and its logarithmic slope.
+
+        The slope is that of ln m over ln(1 - P_d / P_u) at constant P_u.
+        """
+        gas, laminar = self.gas_through(k, "b_port"), self.plant.valve.laminar
+        choked, drop, exponent = choked_flow(k.A_t, k.P_u, k.T_u, gas), 1 - k.ratio, 0.0
+        if k.ratio <= gas.critical_ratio:
+            m = choked
+        elif gas.elliptic:
+            above = (k.ratio - gas.critical_ratio) / (1 - gas.critical_ratio)
+            below = 1 - above**2
+            m = choked * below**0.5  # ISO 6358
+            exponent = drop * above / ((1 - gas.critical_ratio) * below)
+        else:
+            g = gas.gamma
+            subsonic = k.root - k.ratio
+            m = k.A_t * k.P_u * (2 * g / ((g - 1) * gas.R * k.T_u) * k.root * subsonic) ** 0.5  # (1)
+            exponent = drop * ((g + 1) / g * k.ratio - 2 / g * k.root) / (2 * k.ratio * subsonic)
+        if laminar and drop < laminar:
+            m, exponent = m * (drop / laminar) ** 0.5, exponent + 0.5
+        return m, exponent
 
     def slope(self, k: Any) -> Any:
         """The temperature of eq (6), or of an isentropic change, follows the pressure."""
@@ -251,6 +249,8 @@ class _Filling(NamedTuple):
         comment = "Pa, Pa, 1, K, J/kg: of the restriction, at a first guess"
         let("excess", "Pa, positive: air flows in", lambda k: k.P_port * k.resists - k.still)
         let("drop P_u ratio T_u energy", comment, self.between)
+        if not self.plant.gas.elliptic:
+            let("root", "1, ratio^(1/gamma) where not sonic", self.root_of_ratio)
         let("m exponent", "kg/s, eq (1), and d ln(m) / d ln(1 - P_d/P_u)", self.flowing)
         let("slope", "d ln(m) / d ln(q)", self.slope)
         let("gain", "Pa, by this flow in this stage", lambda k: STAGE * k.s * k.energy * k.m / k.space)
