@@ -149,19 +149,16 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
             f"Measured on the part of the record held out, with the sensors' noise: {shown}. What the fit"
             f" leaves unknown, {causes}, makes {expected} in simulation"
         )
-    reason = f"Expected error {expected}"
-    reason += f", {100 * chosen.rms / swing:.2g} % of the pressures' swing"
+    reason = f"Expected error {expected}, {100 * chosen.rms / swing:.2g} % of the pressures' swing"
     if np.isfinite(chosen.stroke):
         reason += f", {_kpa(chosen.stroke)} over strokes into rest"
     others = [row for row in budget.rows if row.model in good and row is not chosen]
-    limit = (1 + MATERIAL) ** 0.5 * chosen.stroke
-    within = f"within {100 * MATERIAL:.0f} % in mean square error and no faster on a microcontroller"
-    if equal := [row.model for row in others if not row.stroke > limit]:
-        reason += f". {_listed(equal)} {within}"
-    if worse := {row.model: row.stroke for row in others if row.stroke > limit}:
-        least, most = _kpa(min(worse.values())).removesuffix(" kPa"), _kpa(max(worse.values()))
-        strokes = most if len(worse) == 1 else f"{least} to {most}"
-        reason += f". {_listed([*worse])} {within}, but worse over strokes into rest ({strokes})"
+    if others:
+        within = f"within {100 * MATERIAL:.0f} % in mean square error and no faster on a microcontroller"
+        reason += f". {_listed([row.model for row in others])} {within}"
+    if any(row.stroke > (1 + MATERIAL) ** 0.5 * chosen.stroke for row in others):
+        strokes = ", ".join(f"{row.model} {_kpa(row.stroke)}" for row in others)
+        reason += f" (over strokes into rest, which do not affect the choice: {strokes})"
     return reason
 
 
