@@ -165,7 +165,7 @@ def _errors(cells: xr.Dataset, least: np.ndarray) -> tuple[list[float], dict[str
 class Overview(NamedTuple):
     """What a reader learns first: headline, sentences, and a figure of every model's error."""
 
-    headline: str = "How far is each simple model of the air from the full order?"
+    headline: str = "How far is each reduced model of the air from the full order?"
     text: str = "No model ran through every experiment."
     rows: Sequence[tuple[dict[str, Any], str, float]] = ()  #: model, error in kPa, place on the axis
     ticks: Sequence[tuple[str, float]] = ()  #: error in kPa, place on the axis, from 0 to 1
@@ -196,9 +196,11 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
     best = ranked[0]
     lead = "For a machine, take the full order. " if walls else ""
     truth = "it" if walls else "the full order"
+    drifts = MODELS[best].temperature == "polytropic" and MODELS[best].wall != "none"
+    aside = ", which drifts in a closed chamber," if drifts else ""
     headline = (
-        f"{lead}Of the simple models, {best} comes nearest to {truth}: off by {at_one_n[best]:#.2g} kPa RMS"
-        f" with one n for all runs, {kpa[best]} kPa with the best n for each"
+        f"{lead}Of the reduced models, {best}{aside} comes nearest to {truth}: off by"
+        f" {at_one_n[best]:#.2g} kPa RMS with one n for all runs, {kpa[best]} kPa with the best n for each"
     )
     advice: list[str] = []
     if walls:
@@ -217,7 +219,7 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
             f"The full order is off by only {errors} kPa even if k_0, the wall's conductance, is wrong by a"
             f" factor of {known}, which is how well {measured_cylinders()} show it.{tuned} M7 to M10"
             " drift in a closed chamber: never take them where a machine starts vented or rests with the"
-            " valve shut."
+            " valve shut. For a cylinder of your own, run pneumo init and pneumo study."
         )
     free = [name for name in ranked if MODELS[name].wall == "none"]
     if free and MODELS[best].wall != "none":
@@ -226,7 +228,7 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
             f" {kpa[free[0]]} kPa with the best n for each."
         )
     text = [
-        "The full order computes pressure and temperature of each chamber, the simple models M1 to M10 the"
+        "The full order computes pressure and temperature of each chamber, the reduced models M1 to M10 the"
         f" pressure alone, with a polytropic index n. They were compared {over} with the right k_0 and the"
         " same command and motion. These are exact here; in the paper they were sampled every millisecond."
         f" {best}'s {at_one_n[best]:#.2g} kPa are {100 * at_one_n[best] / swing:.2g} % of the pressures'"
