@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 PAPER = Path("config/paper.yaml")  # in a checkout
 MODEL = Argument(help="one of `pneumo models`, or full for the full-order model")
-MODELS_OF_FIT = Option("--model", help="one of `pneumo models`; may be repeated [all]")
+MODELS_OF_FIT = Option("--model", help="one of `pneumo models`, or full; may be repeated [all]")
 Config = Annotated[
     list[Path] | None,
     Option(

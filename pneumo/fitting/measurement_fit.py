@@ -62,6 +62,8 @@ def fit_measurement(
     """
     m, plant = measurement, at_temperature(plant, measurement.T)
     has_full = m.m is None
+    if not (has_full or models):
+        raise InputError("models: none given: the full order is not fitted to mass flows")
     _check_also(also, measurement, plant)
     also = tuple(name for choice in also for name in CHOICES[choice])
     record = stage_signals(m, plant, command)

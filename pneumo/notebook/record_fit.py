@@ -257,7 +257,7 @@ def fit(
     record, configuration, cylinder, columns, x_from
         As in `pneumo.read_record`; several records, in a list, are fitted together.
     models
-        Names of the reduced models, by default all; the full order is fitted in any case.
+        Names of models, by default all; the full order is fitted in any case, if the record has commands.
     command
         Whether the command was held between samples, or changed linearly.
     part
@@ -280,7 +280,8 @@ def fit(
     """
     _check("command", command, _SAMPLING)
     number("part", part, *PARTS)
-    reduced = [model_row(name).name for name in (MODELS if models is None else listed("models", models))]
+    chosen = MODELS if models is None else listed("models", models)
+    reduced = [model_row(name, FULL_ORDER).name for name in chosen if name != FULL_ORDER]
     also = listed("also", also)
     configuration = _configuration(configuration)
     configured = in_SI(configuration)

@@ -139,12 +139,10 @@ def test_the_command_line_simulates_studies_and_fits_with_a_curve(inside, tmp_pa
     record[["P_A_Pa", "P_B_Pa"]] += 500 * rng.standard_normal((len(record), 2))
     record.to_csv(tmp_path / "record.csv", index=False)
     configured = "--config", "my.yaml", "--config", "curve.yaml", "--command", "linear"
-    code, _, err = inside("fit", "record.csv", *configured, "--model", "M1", "-o", "fit")
+    code, _, err = inside("fit", "record.csv", *configured, "--model", "full", "-o", "fit")
     assert code == 0, err
     held_out = float(err.split("full: rms ")[1].split()[0])
-    _, _, err = inside(
-        "fit", "record.csv", *configured[:2], *configured[4:], "--model", "M1", "-o", "straight"
-    )
+    _, _, err = inside("fit", "record.csv", *configured[:2], *configured[4:], "--model", "full", "-o", "line")
     assert held_out < 1.5 < 5 < float(err.split("full: rms ")[1].split()[0])  # kPa
     fitted = pneumo.load(tmp_path / "fit" / "fitted.yaml").cylinders["mine"].valve.curve
     # The fit's own interval is 0.957 to 1.005 of the truth: bore, zero and the like are not known exactly.

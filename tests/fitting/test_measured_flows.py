@@ -62,3 +62,5 @@ def test_columns_of_flow_are_read_in_their_units_or_refused(plant, measured, tmp
     ):
         with pytest.raises(InputError, match=words):
             check_columns(confused, plant)
+    with pytest.raises(InputError, match="models: none given"):
+        fit_measurement(measured, plant, [])
