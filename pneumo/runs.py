@@ -250,7 +250,8 @@ class Run(NamedTuple):
         lines += [
             f"stroke of {1e3 * s.distance:+.4g} mm in {1e3 * s.time:.3g} ms (valve opens at {s.switched:.4g}"
             f" s, piston moves {_later(s.leaves - s.switched)}): mean {s.mean_speed:.3g} m/s, end"
-            f" {s.end_speed:.3g} m/s, {s.air:.3g} normal litres (0 °C) of supply air{_counted(s.rebounds)}"
+            f" {s.end_speed:.3g} m/s, {s.air:.3g} normal litres (0 °C) of supply air until the command"
+            f" changes or ends{_counted(s.rebounds)}"
             for s in strokes[:MOST_STROKES]
         ]
         lines += [f"... and {len(strokes) - MOST_STROKES} more"] if len(strokes) > MOST_STROKES else []
