@@ -157,8 +157,8 @@ def _reason(budget: Budget, chosen: Row, good: Sequence[str], swing: float) -> s
         within = f"within {100 * MATERIAL:.0f} % in mean square error and no faster on a microcontroller"
         reason += f". {_listed([row.model for row in others])} {within}"
     if any(row.stroke > (1 + MATERIAL) ** 0.5 * chosen.stroke for row in others):
-        strokes = ", ".join(f"{row.model} {_kpa(row.stroke)}" for row in others)
-        reason += f" (over strokes into rest, which do not affect the choice: {strokes})"
+        strokes = ", ".join(f"{row.model} {_kpa(row.stroke).removesuffix(' kPa')}" for row in others)
+        reason += f"; into rest: {strokes} kPa"
     return reason
 
 

@@ -67,7 +67,7 @@ def test_figures_are_those_of_pneumo_study_and_simulate(inputs, tmp_path):
     cells = run_study(plan, 2, uncertain=uncertainties(configuration))
     expected, near = answer(cells, "mine"), 1e-6 * page["swing"]
     assert page["chosen"]["name"] == expected.chosen
-    as_good, _, into_rest = expected.reason.partition(" (over strokes")
+    as_good, _, into_rest = expected.reason.partition("; into rest")
     assert set(re.findall(r"M\d+", as_good)) == {row["name"] for row in page["good"]}
     assert bool(into_rest) == page["worseIntoRest"]
     assert any("for both take" in line for line in expected.advice) == bool(page["forBoth"])
