@@ -88,7 +88,7 @@ def test_one_file_that_loads_nothing_is_the_same_twice_and_leads_to_the_verdict(
         badge = rf'class="badge {look}" href="verdict.html"[^>]*>.*?{re.escape(html.escape(symbol))}</span>'
         counted = f"{verdict()['headline']['statuses'][status]} {escape(status)}"
         assert re.search(rf"{badge} {counted}</a>", page())
-    assert "75 facts" in page()
+    assert "75 of the facts" in page()
 
 
 def test_markup_in_names_is_text():
