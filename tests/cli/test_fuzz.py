@@ -61,7 +61,7 @@ def folder(tmp_path, monkeypatch):
     assert [file.name for file in tmp_path.iterdir()] == ["mine.yaml"]
 
 
-@trying(60)
+@trying(30)
 @given(mistake=bad_input.mistakes())
 def test_configuration(folder, mistake):
     (folder / "mine.yaml").write_bytes(mistake.content)

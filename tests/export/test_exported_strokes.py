@@ -25,7 +25,8 @@ from pneumo.export import exported
 
 H, DURATION = 1e-3, 0.3  # s; all strokes but the slowest end within it
 REST = 10_000  # steps: air in a large dead volume takes seconds to warm up
-BRIEF = [(4.0, 4e-6, 10e5, -1), (1.5, 4e-6, 10e5, 1), (4.0, 30e-6, 2e5, 1)]
+BRIEF = [(4.0, 4e-6, 10e5, -1), (4.0, 30e-6, 2e5, 1)]
+NEAREST = [("full", "corners"), ("M5", "corners")]  # to the limit, with M9
 CORNERS = [(C, V_d, P_s, 1) for C in (0.4, 4.0) for V_d in (4e-6, 30e-6) for P_s in (2e5, 10e5)]
 
 template = pytest.fixture(cache(template_plant))
@@ -53,13 +54,10 @@ def test_a_stroke_from_vented_to_rest_is_that_of_another_solver(C, V_d, P_s, sig
 @C_COMPILER
 @pytest.mark.parametrize(
     ("row", "sizes"),
-    in_brief(
-        [(row, sizes) for sizes in ("corners", "all") for row in ROWS],
-        [(row, "corners") for row in ("full", "M5", "M9")],
-    ),
+    in_brief([*NEAREST, *((row, "all") for row in ROWS)], NEAREST),
 )
 def test_strokes_of_every_model_keep_to_fine_steps(row, sizes, template):
-    """With the valve open, or shut when the piston rests; M5 and M9 come nearest to the limit."""
+    """With the valve open, or shut when the piston rests."""
     chosen = CORNERS if sizes == "corners" else SIZES
     cases = [(*sizes, shut) for sizes in chosen for shut in (NEVER, AT_REST)]
     for h in STEPS:
@@ -92,6 +90,6 @@ def test_exports_say_which_models_drift_with_the_valve_shut(plant):
         states = [c.P_atm, c.T_amb] * 2 if model == "full" else [c.P_atm] * 2
         rate = rates(system(model, 1.35, plant, valve=False), states, [0.0] * 4)[0]
         assert (abs(rate) > 1e3) == bool(drifts)
-        for target, name in (("c", f"{model}.c"), ("st", f"{model}.st"), ("matlab", f"{model}.m")):
-            said = exported(model, 1.35, plant, target)[name].decode()
+        for target in ("c", "st", "matlab") if model in ("M6", "M8") else ("c",):
+            said = b"".join(exported(model, 1.35, plant, target).values()).decode()
             assert ("drifts to P_0" in " ".join(said.split())) == bool(drifts)

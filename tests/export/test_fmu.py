@@ -195,14 +195,13 @@ def test_full_order_actuator_is_the_full_order_run_with_its_stops(fmi, plant, fm
 
 
 VALVES = [  # as exported, and the figures of another data sheet
-    ({}, {"C": 0.8, "b": 0.45}),
+    ({}, {"C": 0.8, "b": 0.45, "k_0": 5.0}),
     ({"leak_dm3_per_sbar": 0.01}, {"C": 2.0, "C_leak": 0.03}),
     ({"curve": CURVE}, {"C": 0.75}),
-    ({}, {"k_0": 5.0}),  # not of the valve
 ]
 
 
-@pytest.mark.parametrize(("valve", "figures"), VALVES)
+@pytest.mark.parametrize(("valve", "figures"), in_brief(VALVES, VALVES[:1]))
 def test_parameters_are_tuned_by_the_figures_of_a_data_sheet(valve, figures, fmus, tmp_path):
     if "curve" in valve:
         factor = figures["C"] / max(CURVE["C_dm3_per_sbar"])

@@ -3,8 +3,8 @@
 Those in papers of other fields are in paper-verdict/tests.
 """
 
+import copy
 import shutil
-from pathlib import Path
 
 import pytest
 from checkout import edit
@@ -49,6 +49,23 @@ IN_COMPUTATION = [  # paper, item, computation, what is done to its finding
 UNSEEN = ("2006", "T9.typical.M8.mu", "statistic", lambda found: found._replace(value=-found.value))
 
 
+@pytest.fixture(scope="module")
+def whole(printed_once):
+    """Judges of the papers as they were printed."""
+    return {name: Judge(paper, printed_once) for name, paper in PAPERS.items()}
+
+
+@pytest.fixture(scope="module")
+def misprinted(printed_once, tmp_path_factory):
+    """Judges of the papers with every wrong print."""
+    folder = tmp_path_factory.mktemp("misprinted")
+    for name, paper in PAPERS.items():
+        shutil.copytree(paper.folder, folder / name)
+    for name, _, file, old, new in IN_PRINT:
+        edit(folder / name / file, old, new)
+    return {name: Judge(paper._replace(folder=folder / name), printed_once) for name, paper in PAPERS.items()}
+
+
 def settled(judge: Judge, item: str) -> str:
     """Status of an item by itself: a chi-square or a misprint of others in its fact decides nothing here."""
     judged = [judge.judge(judge.claims.items[item])]
@@ -56,15 +73,10 @@ def settled(judge: Judge, item: str) -> str:
     return judged[0]["status"]
 
 
-@pytest.mark.parametrize(("paper", "item", "file", "old", "new"), IN_PRINT)
-def test_a_wrong_print_is_seen_and_is_a_misprint_only_by_a_proof(
-    printed_once, tmp_path, paper, item, file, old, new
-):
-    own = PAPERS[paper]
-    folder = Path(shutil.copytree(own.folder, tmp_path / "paper"))
-    assert settled(Judge(own, printed_once), item) == AGREES
-    edit(folder / file, old, new)
-    judge = Judge(own._replace(folder=folder), printed_once)
+@pytest.mark.parametrize(("paper", "item"), [row[:2] for row in IN_PRINT])
+def test_a_wrong_print_is_seen_and_is_a_misprint_only_by_a_proof(whole, misprinted, paper, item):
+    assert settled(whole[paper], item) == AGREES
+    judge = misprinted[paper]
     assert settled(judge, item) == UNEXPLAINED
     words = dict.fromkeys(("kind", "where", "printed", "meant", "proof", "evidence"), "planted")
     for passes, status in ((True, MISPRINT), (False, UNEXPLAINED)):
@@ -74,9 +86,9 @@ def test_a_wrong_print_is_seen_and_is_a_misprint_only_by_a_proof(
 
 
 @pytest.mark.parametrize(("paper", "item", "computation", "spoil"), [*IN_COMPUTATION, UNSEEN])
-def test_a_wrong_computation_never_convicts_the_paper(printed_once, paper, item, computation, spoil):
-    own = PAPERS[paper]
+def test_a_wrong_computation_never_convicts_the_paper(whole, paper, item, computation, spoil):
+    judge, own = copy.copy(whole[paper]), PAPERS[paper]
     compute = own.computations[computation]
     spoilt = {computation: lambda *given, **more: spoil(compute(*given, **more))}
-    judge = Judge(own._replace(computations={**own.computations, **spoilt}), printed_once)
+    judge.paper = own._replace(computations={**own.computations, **spoilt})
     assert settled(judge, item) == (SCATTER if item == UNSEEN[1] else UNEXPLAINED)

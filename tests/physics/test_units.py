@@ -14,7 +14,7 @@ from pneumo.physics.valve import Gas, choked_flow, mass_flow, sonic_coefficient
 from pneumo.quantities.table import QUANTITIES
 
 EPS = 2.0**-52
-U = pint.UnitRegistry()
+U = pint.get_application_registry()
 # All different, so that a swap shows.
 ARGUMENTS = {
     **{"P": (4.1e5, "Pa"), "V": (2.3e-5, "m^3"), "dV_dt": (1.1e-4, "m^3/s"), "m_in": (3e-4, "kg/s")},

@@ -2,6 +2,8 @@
 
 import gzip
 import os
+import pickle
+import sys
 from pathlib import Path
 
 import netCDF4
@@ -14,6 +16,20 @@ import xarray as xr
 from pneumo.errors import InputError
 from pneumo.fitting.record.columns import Column
 from pneumo.fitting.record.measurement import read_measurement
+
+pytestmark = pytest.mark.filterwarnings("ignore:Duplicate variable name")  # of a process nobody sees it
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    """Read what `isolated` would read, without the second that a process of its own takes to start."""
+
+    def called(function, *arguments):
+        channels = function(*arguments)
+        assert pickle.dumps(channels)  # a process could hand them over
+        return channels
+
+    monkeypatch.setattr("pneumo.fitting.record.formats.isolated", called)
 
 
 def read(tmp_path, name, content, **options):
@@ -127,15 +143,16 @@ def test_what_is_refused_is_one_line_with_the_remedy(tmp_path, kind):
 
 @pytest.mark.parametrize(("suffix", "package"), written.LIBRARIES.items())
 def test_a_missing_library_gives_one_line_with_the_remedy(tmp_path, monkeypatch, suffix, package):
-    (tmp_path / f"{package}.py").write_text("raise ImportError")
-    monkeypatch.syspath_prepend(str(tmp_path))
     file = tmp_path / f"a{suffix}"
     file.write_bytes(written.timetables("v7") if suffix == ".mat" else b"?" * 99)
+    for module in [package, *(name for name in sys.modules if name.startswith(f"{package}."))]:
+        monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(InputError, match=r"not read without a library: pip install 'pneumo\[formats\]'"):
         read_measurement(file, written.plant())
 
 
-def test_files_that_are_no_records_are_refused_before_they_are_read(tmp_path):
+def test_files_that_are_no_records_are_refused_before_they_are_read(tmp_path, monkeypatch):
+    monkeypatch.undo()  # memory is limited in a process of its own
     large, holes = tmp_path / "large.csv", tmp_path / "holes.nc"
     large.touch()
     os.truncate(large, 10**12)  # a terabyte of holes

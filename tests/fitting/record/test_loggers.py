@@ -18,6 +18,7 @@ from pneumo import simulate
 from pneumo.errors import InputError
 from pneumo.fitting.record.measurement import read_measurement
 
+in_this_process = test_formats.in_this_process
 TIME, ROWS = written.TIME, written.ROWS
 MICRO = np.round(1e6 * TIME).astype(int)
 SIGNALS = list(written.truth().values())
@@ -212,7 +213,8 @@ def test_rows_that_share_a_stamp_by_channel_are_not_spread(tmp_path):
     assert not any("uniform" in note for note in found.notes)
 
 
-def test_what_simulate_writes_is_read(tmp_path):
+def test_what_simulate_writes_is_read(tmp_path, monkeypatch):
+    monkeypatch.undo()  # by a process of its own, as users' files are
     run = simulate(written.plant(), written.PERIOD, command=u)
     run.to_xarray().to_netcdf(tmp_path / "run.nc")
     run.to_table().to_csv(tmp_path / "run.csv", index=False)

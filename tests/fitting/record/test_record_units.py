@@ -23,7 +23,7 @@ from pneumo.fitting.record.units import (
     reading,
 )
 
-PINT = pint.UnitRegistry()
+PINT = pint.get_application_registry()
 PINT.define("hns = 100 * ns")
 AROUND = Surroundings(P_atm=1e5, u_max=10.0)
 
