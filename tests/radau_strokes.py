@@ -64,7 +64,8 @@ def radau_stroke(plant, sign, opened, shut=0.0, vented=True):
     for A, V_d, way in sides:
         V = V_d + A * (cyl.stroke / 2 + way * x)
         y += [P * V / (R * T), P * V / (g - 1)]
-    atol, rows = [1e-9, 1e-9, 1e-13, 1e-5, 1e-13, 1e-5], list[np.ndarray]()
+    limits = {"rtol": 1e-9, "atol": [1e-9, 1e-9, 1e-13, 1e-5, 1e-13, 1e-5], "max_step": 0.02}
+    options, rows = {"method": "Radau", "dense_output": True, **limits}, list[np.ndarray]()
     phases = [
         (True, released, opened),
         (False, met, opened),
@@ -72,18 +73,7 @@ def radau_stroke(plant, sign, opened, shut=0.0, vented=True):
         (True, None, opened + shut),
     ]
     for held, event, end in phases[not vented : 3 + (shut > 0)]:
-        part = solve_ivp(
-            rates,
-            (t, end),
-            y,
-            method="Radau",
-            rtol=1e-9,
-            atol=atol,
-            events=event,
-            args=(held, end == opened),
-            dense_output=True,
-            max_step=0.02,
-        )
+        part = solve_ivp(rates, (t, end), y, events=event, args=(held, end == opened), **options)
         rows += [part.sol(min(time, end)) for time in at if t + 1e-9 < time <= part.t[-1] + 1e-9]
         t, y = part.t[-1], part.y[:, -1].copy()
         if event is met and part.status == 1:

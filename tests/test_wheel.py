@@ -119,16 +119,8 @@ def test_paper_verdict_is_small_and_judges_alone(tmp_path):
     (wheel,) = (ROOT / "paper-verdict/dist").glob("*.whl")
     environment = tmp_path / "env"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(environment)], check=True)
-    install = [
-        "uv",
-        "pip",
-        "install",
-        "--quiet",
-        "--python",
-        str(environment / "bin/python"),
-        *LOCKED,
-        str(wheel),
-    ]
+    python = str(environment / "bin/python")
+    install = ["uv", "pip", "install", "--quiet", "--python", python, *LOCKED, str(wheel)]
     for where in (["--offline"], []):
         if subprocess.run([*install, *where], capture_output=True).returncode == 0:
             break

@@ -101,17 +101,8 @@ def test_an_unknown_item_is_named_with_the_nearest(toy, capsys):
 
 def test_pytest_runs_each_fact_as_a_test(toy):
     def run(*arguments):
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-p",
-            "no:cacheprovider",
-            "--rootdir",
-            str(toy),
-            "-v",
-            "-rs",
-        ]
+        command = [sys.executable, "-m", "pytest", "--rootdir", str(toy), "-v", "-rs"]
+        command += [f"-pno:{name}" for name in ("cacheprovider", "hypothesispytest", "anyio", "xdist")]
         plugin = [] if _installed() else ["-p", "pytest_paper_verdict"]
         done = subprocess.run(
             [*command, *plugin, "--paper", str(toy), *arguments], cwd=toy, capture_output=True, text=True

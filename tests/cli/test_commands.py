@@ -20,20 +20,14 @@ from pneumo.physics.models import MODELS
 from pneumo.selection.plants import configured_plant
 from workflow.jobs.checksums import write_sums
 
+LOADED = "import sys; from pneumo.cli.commands import main\ntry: main()\nfinally: print(*sys.modules)"
+
 
 @pytest.mark.parametrize("arguments", [["--help"], ["models"], ["check", "config/paper.yaml"]])
 def test_commands_that_compute_nothing_load_no_scipy(arguments):
-    code = "import sys; from pneumo.cli.commands import main\ntry: main()\nfinally: print(*sys.modules)"
-    command = [sys.executable, "-c", code, *arguments]
+    command = [sys.executable, "-c", LOADED, *arguments]
     done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
     assert {"typer"} == {"typer", "scipy", "xarray"} & set(done.stdout.splitlines()[-1].split())
-
-
-def test_fits_load_no_sympy():
-    code = (
-        "import sys; import pneumo.notebook.record_fit; print('scipy' in sys.modules, 'sympy' in sys.modules)"
-    )
-    assert subprocess.check_output([sys.executable, "-c", code], text=True, cwd=ROOT) == "True False\n"
 
 
 @pytest.mark.parametrize(
@@ -46,8 +40,7 @@ def test_fits_load_no_sympy():
 def test_commands_load_only_the_large_libraries_that_they_use(arguments, unneeded, inside, tmp_path):
     inside("init", "c.yaml")
     (tmp_path / "quick.yaml").write_text("n: [1.2, 1.3]\nrun: {seeds: 1, duration_limit_s: 0.3}\n")
-    code = "import sys; from pneumo.cli.commands import main\ntry: main()\nfinally: print(*sys.modules)"
-    command = [sys.executable, "-c", code, *arguments[:2], "quick.yaml", *arguments[2:]]
+    command = [sys.executable, "-c", LOADED, *arguments[:2], "quick.yaml", *arguments[2:]]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
     assert unneeded & set(done.stdout.splitlines()[-1].split()) == set()

@@ -62,10 +62,8 @@ def test_strokes_of_every_model_keep_to_fine_steps(row, sizes, template):
     cases = [(*sizes, shut) for sizes in chosen for shut in (NEVER, AT_REST)]
     for h in STEPS:
         for case, made in zip(cases, strokes(row, template, h, cases), strict=True):
-            assert made.pressure < PRESSURE and made.temperature < TEMPERATURE and not made.failed, (
-                case,
-                made,
-            )
+            assert not made.failed, case
+            assert made.pressure < PRESSURE and made.temperature < TEMPERATURE, (case, made)
 
 
 @C_COMPILER

@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 import yaml
+from brief import in_brief
 from checkout import ROOT
 from exported_c import C_COMPILER, CompiledModel, run_test_program
 from valve_paths import CURVE, FOUR, OVERLAP, STRAIGHT, throttled
@@ -58,6 +59,8 @@ FORMS = {  # plant, None for the paper's, dynamics, and whether each chamber has
     "four paths": (plant_with(valve_B=FOUR, exhaust_ratio=0.8, exhaust_b=0.4), PROPORTIONAL, True),
 }
 
+BRIEF = ["late", "throttles", "four paths"]
+
 
 @pytest.fixture(params=FORMS)
 def form(request, plant):
@@ -74,6 +77,7 @@ def test_a_late_valve_nears_its_command_exponentially(plant):
 
 
 @C_COMPILER
+@pytest.mark.parametrize("form", in_brief(FORMS, BRIEF), indirect=True)
 @pytest.mark.parametrize(("model", "precision", "piston"), [("full", "double", True), ("M8", "float", False)])
 def test_test_programs_of_c_agree_with_python(model, precision, piston, form, tmp_path):
     files = exported(model, N, form[0], "c", precision=precision, piston=piston, **form[1])
@@ -85,7 +89,7 @@ def test_test_programs_of_c_agree_with_python(model, precision, piston, form, tm
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", ["late", "throttles", "four paths"], indirect=True)
+@pytest.mark.parametrize("form", BRIEF, indirect=True)
 def test_the_test_program_of_structured_text_agrees_with_python(form):
     """Of the forms, those that have all kinds of statements; blark takes half a minute for each."""
     from structured_text import Block, parsed
@@ -102,10 +106,11 @@ def test_the_test_program_of_structured_text_agrees_with_python(form):
 
 MATLAB = [("full", form) for form in FORMS]
 MATLAB += [(MODELS[name], "proportional") for name in ("M4", "M10")]
+BRIEF_MATLAB = [*(("full", form) for form in BRIEF), MATLAB[-1]]
 
 
 @pytest.mark.skipif(shutil.which("octave-cli") is None, reason="GNU Octave is not installed")
-@pytest.mark.parametrize(("model", "form"), MATLAB, indirect=["form"])
+@pytest.mark.parametrize(("model", "form"), in_brief(MATLAB, BRIEF_MATLAB), indirect=["form"])
 def test_rates_in_matlab(model, form, tmp_path):
     chosen = system(model, N, form[0], **form[1])
     low = {"u": -12, "x": -0.04, "v": -1, "opening": -2, "P": 0.9e5, "T": 230}
@@ -131,7 +136,7 @@ def test_rates_in_matlab(model, form, tmp_path):
 
 
 @C_COMPILER
-@pytest.mark.parametrize("name", ["curve", "overlap", "four paths"])
+@pytest.mark.parametrize("name", in_brief(["curve", "overlap", "four paths"], ["overlap", "four paths"]))
 def test_runs_with_paths_of_their_own_are_those_of_python(name, tmp_path):
     """From vented, through strokes, a shut valve and both paths open, within the limits of docs/export.md."""
     plant, _, two_valves = FORMS[name]

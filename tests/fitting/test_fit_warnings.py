@@ -296,7 +296,7 @@ def test_of_a_long_record_the_beginning_is_fitted(tmp_path, monkeypatch):
 
 
 def test_a_fit_has_the_law_of_the_wall_that_the_record_has(tmp_path):
-    fit = fit_measurement(measured(RIG._replace(e_A=1.0, e_PT=0.0)), believed_plant(RIG, tmp_path), [])
+    fit = fit_measurement(measured(RIG._replace(e_A=1.0, e_PT=0.0), 3.0), believed_plant(RIG, tmp_path), [])
     k_0 = fit.estimates("full")["k_0"]
     assert fit.wall == "lambda_0 A_q" and k_0.value == pytest.approx(RIG.k_0, rel=0.05)
     (note,) = [note for note in fit.notes if "wall" in note]

@@ -125,6 +125,7 @@ def test_the_command_finds_more_in_two_and_judges_on_a_third(inside, tmp_path):
     assert text.startswith("# Cylinder mine as fitted to 0.csv, 1.csv by full")
 
 
+@pytest.mark.slow
 def test_no_record_is_left_out_where_a_replay_takes_several_steps_a_sample(tmp_path, monkeypatch):
     believed_plant(RIG, tmp_path)
     for room in ("notebook.record_fit", "fitting.estimate"):

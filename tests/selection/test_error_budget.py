@@ -6,7 +6,7 @@ from math import log
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 from ranked_cells import LEVEL, answered, made
@@ -107,6 +107,7 @@ def test_a_covariance_that_is_none_is_refused(rows):
         known(fitted={"quantities": ["k_0", "C"], "covariance": rows})
 
 
+@settings(max_examples=30)
 @given(st.lists(st.floats(-0.4, 0.4), min_size=len(known().names), max_size=len(known().names)))
 def test_a_drawn_plant_deviates_in_each_quantity_and_zero_changes_nothing(deviations):
     plant = study(load(TEMPLATE)).experiments["open"].plant
