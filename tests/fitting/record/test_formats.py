@@ -17,7 +17,7 @@ from pneumo.errors import InputError
 from pneumo.fitting.record.columns import Column
 from pneumo.fitting.record.measurement import read_measurement
 
-pytestmark = pytest.mark.filterwarnings("ignore:Duplicate variable name")  # of a process nobody sees it
+pytestmark = pytest.mark.filterwarnings("ignore")  # of libraries: nobody sees those of a process
 
 
 @pytest.fixture(autouse=True)
