@@ -24,7 +24,7 @@ FREEDOM = 3.71 / MEMORY  # degrees of freedom of a covariance with a Parzen wind
 HALF_WIDTH = float(stdtrit(FREEDOM, (1 + LEVEL) / 2))  # of an interval, in standard errors
 # On the scale of the search, where 1 is a factor of e of most parameters:
 WIDE = 0.3  # half an interval beyond which a profile replaces the standard error
-LOOSE = 1.0  # half an interval of a loosely known parameter
+LOOSE = 1.0  # half an interval of a loosely known parameter, on a logarithmic scale
 CORRELATED = 0.7  # correlation with a loosely known parameter that counts
 DAMPING = 1e-3  # of a search's first step, where each parameter has a curvature of 1
 UNKNOWN = 1e6  # variance of a parameter that the record does not determine
@@ -288,17 +288,17 @@ def parameter_interval(
 
     The ends are on the scale of the search, infinite where open. A parameter correlated with a loosely known
     one gets the union of both intervals: the sum of squares has a curved valley there. `both` is from
-    `covariances`. A parameter whose scale is not logarithmic needs no profile of its own.
+    `covariances`. A parameter whose scale is not logarithmic needs no profile of its own, and is not loose.
     """
-    bounds, logarithmic = problem.bounds(), problem.scales[problem.names[index]].logarithmic
+    bounds, logarithmic = problem.bounds(), [scale.logarithmic for scale in problem.scales.values()]
     low, high = bounds[:, index]
     limited = max((bounded(c, bounds) for c in both), key=lambda c: c[index, index])
     halves = expected_shifts(limited)
     start, end = best.theta[index] - halves[index], best.theta[index] + halves[index]
-    wide = logarithmic and (halves[index] > WIDE or start <= low or end >= high)
+    wide = logarithmic[index] and (halves[index] > WIDE or start <= low or end >= high)
     spread = np.sqrt(np.maximum(np.diag(limited), np.finfo(float).tiny))
     related = np.abs(limited[index]) / spread[index] / spread
-    if wide or np.any((halves > LOOSE) & (related > CORRELATED)):
+    if wide or np.any(logarithmic & (halves > LOOSE) & (related > CORRELATED)):
         ends = profile_interval(problem, best, index, float(both[:, index, index].max()))
         start, end = ends if wide else (min(start, ends[0]), max(end, ends[1]))
     return start if start > low else -np.inf, end if end < high else np.inf
