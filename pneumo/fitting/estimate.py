@@ -57,9 +57,8 @@ def estimate(
     """
     plant, split = problem.plant, problem.signals.P.shape[1] - 1
     best = fit(problem, start=start)
-    by_law: dict[Wall, Solution] = {problem.model.wall: best}
-    if problem.model.name == FULL_ORDER and intervals:
-        by_law = wall_law_fits(problem, best)
+    several = problem.model.name == FULL_ORDER and intervals
+    by_law: dict[Wall, Solution] = wall_law_fits(problem, best) if several else {problem.model.wall: best}
     wall = min(by_law, key=lambda law: by_law[law].squares)
     model = problem.model._replace(wall=wall)
     problem = replace(problem, model=model)

@@ -40,6 +40,7 @@ from pneumo.quantities.table import (
 from pneumo.simulation.fitted_pressures import Inputs, pressures_of_sets, pressures_on_flows
 
 SLOPE_STEP = 1e-4  # of finite differences, on the scale of the search
+TOLERANCE, TRIALS = 1e-5, 40  # of a search
 OFF = 10.0  # residual, in units of P_s, where a replay left the positive numbers
 ON_BOUND = 0.01  # of the distance between the bounds
 LIMITS = 1.96  # limits of a 95 per cent interval, in standard deviations
@@ -277,7 +278,7 @@ def check_valve(plant: Plant) -> None:
 
 
 def fit(
-    problem: Problem, tolerance: float = 1e-5, most: int = 40, start: np.ndarray | None = None
+    problem: Problem, tolerance: float = TOLERANCE, most: int = TRIALS, start: np.ndarray | None = None
 ) -> Solution:
     """Fit a model by least squares, from `start` on the scale of the search, or from `Problem.guess`.
 
@@ -285,8 +286,7 @@ def fit(
     """
     if problem.signals.flow is None:
         check_valve(problem.plant)
-    start = problem.guess() if start is None else start
-    return solve(problem, start, tolerance=tolerance, most=most)
+    return solve(problem, problem.guess() if start is None else start, tolerance=tolerance, most=most)
 
 
 def settled(problem: Problem, found: Solution) -> Solution:

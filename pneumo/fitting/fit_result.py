@@ -55,9 +55,8 @@ class Estimate(NamedTuple):
     correlation: Mapping[str, Mapping[str, float]] = MappingProxyType({})  # of two parameters
     # The same, on that scale, where the errors of the sensor of x stay as they are.
     covariance: Mapping[str, Mapping[str, float]] = MappingProxyType({})
-    of_configuration: float = (
-        0.0  # Pa, standard deviation of the residual by what is configured, within its accuracy
-    )
+    # Pa, standard deviation of the residual by what is configured, within its accuracy.
+    of_configuration: float = 0.0
     at_bound: tuple[str, ...] = ()  # parameters on a bound of the search
     held: tuple[str, ...] = ()  # parameters that the record leaves open: as configured, the others fitted so
     sag: float = 0.0  # fraction by which the supply may sag, for which intervals allow

@@ -9,7 +9,7 @@ from the standard error, a wide one from the profile of the sum of squares.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -27,6 +27,7 @@ WIDE = 0.3  # half an interval beyond which a profile replaces the standard erro
 LOOSE = 1.0  # half an interval of a loosely known parameter, on a logarithmic scale
 CORRELATED = 0.7  # correlation with a loosely known parameter that counts
 DAMPING = 1e-3  # of a search's first step, where each parameter has a curvature of 1
+COARSE = 1e-3  # tolerance of a search that comes to nothing
 UNKNOWN = 1e6  # variance of a parameter that the record does not determine
 SMALLEST = 1e-6  # curvature, over the largest, below which a direction is flat; a derivative's over its root
 CLOSE = 0.05  # relative accuracy of the end of an interval
@@ -138,11 +139,12 @@ def solve(
     tolerance: float = 1e-7,
     most: int = 60,
     fixed: int | None = None,
+    hopeless: float = np.inf,
 ) -> Solution:
     """Local minimum of a sum of squares, searched from `start` (Levenberg and Marquardt, between bounds).
 
     The search ends after `most` trials, or where a step changes the sum of squares by less than `tolerance`,
-    relative. The parameter with index `fixed` keeps its value.
+    relative (`COARSE` above the sum `hopeless`). The parameter with index `fixed` keeps its value.
     """
     low, high = problem.bounds()
     best, damping = solution_at(problem, np.clip(start, low, high)), DAMPING
@@ -167,7 +169,7 @@ def solve(
             continue
         gained, damping = best.squares - trial.squares, damping / 10
         best = trial
-        if gained < tolerance * best.squares:
+        if gained < (COARSE if best.squares > hopeless else tolerance) * best.squares:
             break
     return best
 
@@ -320,22 +322,20 @@ def profile_interval(
 
     def end(sign: float, limit: float) -> float:
         """Distance of an end from the best value; infinite if the interval reaches the distance `limit`."""
-        tried = {0.0: best.theta}
+        tried = {0.0: (best.theta, -1.0)}
 
-        @lru_cache
         def excess(distance: float) -> float:
             """Root of the added sum of squares over that allowed, less 1: about linear in the distance."""
-            if distance == 0:
-                return -1.0
-            nearest = min(tried, key=lambda other: abs(other - distance))
-            start = np.clip(tried[nearest] + sign * (distance - nearest) * along, *bounds)
-            start[index] = centre + sign * distance
-            profile = solve(
-                problem, start, tolerance=CLOSE * allowed / best.squares, most=PROFILE_STEPS, fixed=index
-            )
-            tried[distance] = profile.theta
-            root = float(np.sqrt(max(profile.squares - best.squares, 0.0) / allowed))
-            return root - 1 if abs(root - 1) > CLOSE else 0.0
+            if distance not in tried:
+                nearest = min(tried, key=lambda other: abs(other - distance))
+                start = np.clip(tried[nearest][0] + sign * (distance - nearest) * along, *bounds)
+                start[index] = centre + sign * distance
+                profile = solve(
+                    problem, start, tolerance=CLOSE * allowed / best.squares, most=PROFILE_STEPS, fixed=index
+                )
+                root = float(np.sqrt(max(profile.squares - best.squares, 0.0) / allowed))
+                tried[distance] = profile.theta, root - 1 if abs(root - 1) > CLOSE else 0.0
+            return tried[distance][1]
 
         inside, outside = 0.0, min(HALF_WIDTH * float(np.sqrt(variance)), LOOSE, limit)
         while excess(outside) < 0:

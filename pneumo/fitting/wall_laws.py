@@ -6,10 +6,11 @@ has the law with the lowest sum of squares; its intervals hold the others that f
 """
 
 from dataclasses import replace
+from functools import partial
 
-from pneumo.fitting.fit_problem import Problem, fit
+from pneumo.fitting.fit_problem import TOLERANCE, TRIALS, Problem
 from pneumo.fitting.fit_result import Estimate
-from pneumo.fitting.least_squares import Solution
+from pneumo.fitting.least_squares import Solution, solve
 from pneumo.fitting.settings import AS_GOOD, LAWS_ALIKE
 from pneumo.physics.models import FULL, Wall
 
@@ -19,19 +20,21 @@ WALL_LAWS: dict[Wall, str] = {
     "k_0": "constant",
     "lambda_0 A_q": "in proportion to its area",
 }
+FAR_OFF = 1.5  # sum of squares over the lowest, beyond which no law will fit as well
 
 
 def wall_law_fits(problem: Problem, best: Solution) -> dict[Wall, Solution]:
     """Fits by law of the wall, of those laws that fit about as well as the best.
 
     The minimum of another law may be far along the valley of b, C and k_0, so each is searched from the
-    minimum of the full order's law and from the configured values.
+    minimum of the full order's law and from the configured values, thoroughly where it comes near the best.
     """
-    fits: dict[Wall, Solution] = {}
-    for wall in WALL_LAWS:
+    fits: dict[Wall, Solution] = {FULL.wall: best}
+    for wall in tuple(WALL_LAWS)[1:]:
         of_law = replace(problem, model=FULL._replace(wall=wall))
-        searches = [best] if wall == FULL.wall else [fit(of_law, start=start) for start in (best.theta, None)]
-        fits[wall] = min(searches, key=lambda found: found.squares)
+        far = FAR_OFF * min(fitted.squares for fitted in fits.values())
+        search = partial(solve, of_law, tolerance=TOLERANCE, most=TRIALS, hopeless=far)
+        fits[wall] = min(map(search, (best.theta, of_law.guess())), key=lambda found: found.squares)
     most = AS_GOOD**2 * min(fitted.squares for fitted in fits.values())
     return {wall: fitted for wall, fitted in fits.items() if fitted.squares <= most}
 
@@ -44,10 +47,9 @@ def wall_law_notes(full: Estimate) -> list[str]:
         for law, k_0 in full.k_0_by_law.items()
         if abs(k_0 / replayed - 1) > LAWS_ALIKE and law != full.wall
     ]
-    if not others:
-        return []
-    return [
+    text = (
         f"k_0 depends on the law of the wall: a conductance {WALL_LAWS[full.wall]} fits the record best, with"
         f" {replayed:.3g} W/K, and is what all values and `fitted.yaml` (wall_law) have; as good within"
         f" {100 * (AS_GOOD - 1):.0f} % would be {', and '.join(others)}"
-    ]
+    )
+    return [text] if others else []
