@@ -105,18 +105,13 @@ def advance(a, command, state, start, times):
         def released(_t, y, outward=state[0]):
             return outward * (y[2] - y[3])
 
+        def moving(_t, y, held=held):
+            return rates(a, command, y, held)
+
         event = released if held else outside
         event.terminal, event.direction = True, -1
-        solved = solve_ivp(
-            lambda _t, y, held=held: rates(a, command, y, held),
-            (start, times[-1]),
-            state,
-            method="LSODA",
-            t_eval=times[len(done) :],
-            events=event,
-            rtol=RELATIVE,
-            atol=ABSOLUTE,
-        )
+        options = {"method": "LSODA", "rtol": RELATIVE, "atol": ABSOLUTE, "t_eval": times[len(done) :]}
+        solved = solve_ivp(moving, (start, times[-1]), state, events=event, **options)
         if not solved.success and solved.status != 1:
             raise RuntimeError(solved.message)
         done += list(np.reshape(solved.y, (6, -1)).T)
