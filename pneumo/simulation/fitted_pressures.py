@@ -102,7 +102,7 @@ def _core_inputs(inputs: Inputs, steps: int) -> dict[str, Any]:
         "P_s": core.array("P_s", P_s, shape),
         "motion": core.array("motion", inputs.motion, (*shape, 2)),
         "psi": core.array("psi", psi, (None,)),
-        "terms": len(psi),
+        "terms": core.whole("terms", len(psi), 2, core.lib.MOST_TERMS),
         "plant": tuple(plant),
     }
 

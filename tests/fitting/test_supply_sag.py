@@ -8,8 +8,10 @@ import pytest
 from pneumo import simulate
 from pneumo.fitting.estimate import estimate
 from pneumo.fitting.fit_problem import Problem, fit
+from pneumo.fitting.least_squares import solution_at
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import stage_signals
+from pneumo.fitting.supply_sag import sagging_supply
 from pneumo.physics.models import FULL
 from pneumo.quantities.table import VALVE
 from pneumo.selection.cylinder_template import TEMPLATE
@@ -50,3 +52,9 @@ def test_a_logged_supply_has_no_sag_to_allow_for(record):
     signals, plant = record
     logged = signals._replace(P_s=np.full(signals.u.shape, plant.conditions.P_s))
     assert estimate(problem_of(logged, plant), logged, intervals=("k_xu",)).sag == 0.0
+
+
+def test_a_replay_that_fails_shows_no_sag(record):
+    problem = problem_of(record[0]._replace(motion=3 * record[0].motion), record[1])  # beyond the stroke
+    failed = solution_at(problem, problem.guess())
+    assert sagging_supply(problem, failed, np.zeros((1, len(failed.theta))))[0] >= 0.0
