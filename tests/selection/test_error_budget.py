@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_study import STUDY, lasting
 from ranked_cells import LEVEL, answered, made
+from scipy.stats.qmc import MultivariateNormalQMC
 
 import pneumo
 from paper.study.kept_evidence import KEPT
@@ -27,6 +28,7 @@ from pneumo.selection.answer import ON_MEASURED_AIR, export_command, model_cost
 from pneumo.selection.cylinder_ranking import (
     DRAWS,
     PART_DRAWS,
+    POINTS,
     REST,
     ROWS,
     drawn_deviations,
@@ -125,6 +127,11 @@ def test_a_drawn_plant_deviates_in_each_quantity_and_zero_changes_nothing(deviat
         )
         assert half == pytest.approx(((0.5 + max(d["linearity"], -0.25)) * full[0], 0.0)) and small[0] >= 0
     assert plant_with(plant, names, np.zeros(len(names))) == plant
+
+
+def test_points_are_those_of_scipy():
+    points = MultivariateNormalQMC(np.zeros(9), rng=2006).random(DRAWS)
+    np.testing.assert_allclose(np.loadtxt(POINTS, delimiter=","), points, rtol=1e-12)
 
 
 def test_draws_have_the_covariance_and_knowing_a_group_moves_what_depends_on_it():
