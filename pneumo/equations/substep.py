@@ -184,9 +184,10 @@ class _Filling(NamedTuple):
         The slope is that of ln m over ln(1 - P_d / P_u) at constant P_u.
         """
         gas, laminar = self.gas_through(k, "b_port"), self.plant.valve.laminar
-        choked, drop, exponent = choked_flow(k.A_t, k.P_u, k.T_u, gas), 1 - k.ratio, 0.0
+        choked = choked_flow(k.A_t, k.P_u, k.T_u, gas)
+        drop = 1 - k.ratio
         if k.ratio <= gas.critical_ratio:
-            m = choked
+            m, exponent = choked, 0.0
         elif gas.elliptic:
             above = (k.ratio - gas.critical_ratio) / (1 - gas.critical_ratio)
             below = 1 - above**2
