@@ -26,7 +26,7 @@ from pneumo.export import exported, write_files
 from pneumo.simulation.full_order import Recording, record
 
 FILE = Path("docs/static/cost.json")
-EXPERIMENT, N, STEPS, RUNS = "E10", 1.35, 1000, 9
+EXPERIMENT, N, STEPS, RUNS = "E10", 1.35, 1000, 500
 SENSORS = "both"  # of the observers
 MAIN = """\
 #define _POSIX_C_SOURCE 199309L
