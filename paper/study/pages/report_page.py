@@ -219,7 +219,7 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
             f"The full order is off by only {errors} kPa even if k_0, the wall's conductance, is wrong by a"
             f" factor of {known}, which is how well {measured_cylinders()} show it.{tuned} M7 to M10"
             " drift in a closed chamber: never take them where a machine starts vented or rests with the"
-            " valve shut. For a cylinder of your own, run pneumo init and pneumo study."
+            " valve shut."
         )
     free = [name for name in ranked if MODELS[name].wall == "none"]
     if free and MODELS[best].wall != "none":
@@ -227,6 +227,7 @@ def overview(study: Study, parts: Sequence[Part]) -> Overview:
             f"{free[0]}, which needs no k_0, is off by {at_one_n[free[0]]:#.2g} kPa with one n for all runs,"
             f" {kpa[free[0]]} kPa with the best n for each."
         )
+    advice.append("For a cylinder of your own, run pneumo init and pneumo study.")
     text = [
         "The full order computes pressure and temperature of each chamber, the reduced models M1 to M10 the"
         f" pressure alone, with a polytropic index n. They were compared {over} with the right k_0 and the"
