@@ -33,17 +33,17 @@ def simulate(
     ] = None,
     reference: Annotated[
         str | None,
-        Option(help="instead of a command: position, mm from mid-stroke, likewise; a CSV file has t and x"),
+        Option(help="instead, without valve_dynamics: position, mm from mid-stroke, likewise; CSV: t and x"),
     ] = None,
     gain: Annotated[
-        float | None, Option(min=0.0, help="gain of the position control, V/m [closed_loop.k_p_V_per_m]")
+        float | None, Option(min=0.0, help="gain > 0 of the position control, V/m [closed_loop.k_p_V_per_m]")
     ] = None,
     time: Annotated[
         float | None, Option(min=0.0, help="length of the run, s [3 s after the last change]")
     ] = None,
     step: Annotated[float, Option(min=1e-6, max=1.0, help="step, s")] = 1e-3,
     cylinder: Cylinder = None,
-    k_0: Conductance = None,
+    k0: Conductance = None,
     trust: Trust = False,
     output: Annotated[
         Path | None, output_to("file for the run, .nc or .csv; its figure is written beside it")
@@ -70,7 +70,7 @@ def simulate(
 
         check_output(output.absolute().parent)
     configuration = read_configuration(files, trust)
-    name, plant, dynamics = configured_rig(configuration, cylinder, k_0)
+    name, plant, dynamics = configured_rig(configuration, cylinder, k0)
     for note in conversion_notes(configuration):
         typer.echo(f"note: {note}", err=True)
     command = command or f"{plant.valve.u_max:g}"

@@ -205,7 +205,7 @@ def read_record(
     x_from: Literal["mid", "end"] = "mid",
     closed: bool = False,
 ) -> Measurement:
-    """Record of a cylinder in SI units, uniform in time, checked as `pneumo fit` does.
+    """Record of a cylinder in SI units, uniform in time, checked as by `fit`, but for swapped columns.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def read_record(
     x_from
         Whether x is zero in mid-stroke or at chamber A's end.
     closed
-        Whether both chambers were closed; then neither command nor flows are needed.
+        Whether both chambers were closed: needs no command or flows. Assumed too where these are all zero.
 
     Raises
     ------

@@ -60,7 +60,7 @@ def atomic(path: Path) -> Generator[Path]:
     """Yield a temporary path; rename it to `path` on success, delete it on failure.
 
     Its name is random, so that nobody can have put a link there before. Temporary files that a killed process
-    left are deleted. Locks of runs and output folders keep other processes from writing the same file.
+    left are deleted: callers keep other processes from the same file, by `output_folder` or locks of runs.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     for remains in path.parent.glob(f".{escape(path.name)}.*{PART}"):
