@@ -33,7 +33,7 @@ def simulate(
     ] = None,
     reference: Annotated[
         str | None,
-        Option(help="instead, without valve_dynamics: position, mm from mid-stroke, likewise; CSV: t and x"),
+        Option(help="in place of a command, without valve_dynamics: position, mm from mid-stroke; CSV: t, x"),
     ] = None,
     gain: Annotated[
         float | None, Option(min=0.0, help="gain > 0 of the position control, V/m [closed_loop.k_p_V_per_m]")

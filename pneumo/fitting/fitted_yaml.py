@@ -116,7 +116,7 @@ def fitted_configuration(
         *(f"WARNING: {text}" for text in fit.warnings),
         "As replayed, with 95 % intervals over all laws of the wall:",
         *(f"  {note}" for note in notes),
-        *([] if fit.closed else _best_model_lines(fit)),
+        *([] if fit.closed or fit.best_model == FULL_ORDER else _best_model_lines(fit)),
     ]
     body = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     return "".join(f"# {line}\n" for line in heading) + body

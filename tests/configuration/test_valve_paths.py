@@ -144,6 +144,7 @@ def test_the_command_line_simulates_studies_and_fits_with_a_curve(inside, tmp_pa
     held_out = float(err.split("full: rms ")[1].split()[0])
     _, _, err = inside("fit", "record.csv", *configured[:2], *configured[4:], "--model", "full", "-o", "line")
     assert held_out < 1.5 < 5 < float(err.split("full: rms ")[1].split()[0])  # kPa
+    assert "reduced model" not in (tmp_path / "fit" / "fitted.yaml").read_text(encoding="utf-8")
     fitted = pneumo.load(tmp_path / "fit" / "fitted.yaml").cylinders["mine"].valve.curve
     # The fit's own interval is 0.957 to 1.005 of the truth: bore, zero and the like are not known exactly.
     assert max(fitted.C_dm3_per_sbar) == pytest.approx(1.5, rel=0.03) and len(fitted.u_V) == 7
