@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from pneumo.configuration.sampling import INTERPOLATED
 from pneumo.fitting.record.measurement import Measurement
 from pneumo.fitting.stage_signals import SMOOTHING, smoothing, stage_signals
+from pneumo.fitting.valve_signal import filtered, lagged
 
 PERIOD = 2e-3
 
@@ -63,3 +65,10 @@ def test_smoothing_is_that_with_the_lowest_generalised_cross_validation():
     _, weight = min(scores)
     assert SMOOTHING[5] < weight < SMOOTHING[-5]
     assert smoothing(x, PERIOD) == pytest.approx(weight * PERIOD**3)
+
+
+def test_filters_are_those_of_scipy_and_leave_what_is_constant():
+    x = np.random.default_rng(1).standard_normal((2, 50))
+    expected = lfilter([0.7, 0.2], [1.0, -0.1], x, zi=x[:, :1])[0]
+    np.testing.assert_allclose(filtered(x, 0.7, 0.2, 0.1, x[:, 0]), expected, atol=1e-14)
+    np.testing.assert_allclose(lagged(np.full(9, 3.0), 5e-3, 1e-3), 3.0, rtol=1e-14)
